@@ -1,0 +1,1 @@
+"""The bridge API: the only thing northbound adapters know of the core."""

@@ -1,0 +1,245 @@
+"""What the core offers to everybody above it: frozen values, batches, sequence numbers.
+
+`Bridge` has two implementations: `gateway.core.direct` calls the core in the same process (for tests
+and for the command line without a running core), `gateway.bridge.client` goes over a socket.
+"""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Mapping, Sequence
+from typing import Any, Protocol
+
+import msgspec
+
+from gateway.tag import Event, Origin, Outcome, Role, Sample, Value, ValueType
+
+API_VERSION = 1
+"""Raised at each change that an adapter of another version could misunderstand."""
+
+DEFAULT_TTL = 5.0
+"""Seconds that a write or command may wait for its first byte on the wire."""
+
+
+class PointInfo(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """A point of a drive as northbounds show it."""
+
+    name: str
+    group: str
+    kind: str
+    """`gateway.mapping.profile.Kind` as text: status, measurement, fault, setpoint, switch, ..."""
+    type: ValueType
+    rate: str
+    """Rate class: fast, normal, slow."""
+    unit: str | None = None
+    """Symbol, ``Hz``; None for a plain number."""
+    low: float | None = None
+    high: float | None = None
+    """Limits for writing in the unit, the site's narrowing included."""
+    values: Mapping[int, str] = {}
+    """Names of an enumeration's numbers."""
+    readable: bool = True
+    writable: bool = False
+    """A single write may reach it (it is writable and not by commands only)."""
+    role: Role | None = None
+    """Least role for writing."""
+    step: float | None = None
+    """What one count is worth, in the unit."""
+    register: str = ""
+    """Address as the manual writes it, with the bits if it is a field: ``0020H.0``."""
+    help: str = ""
+    source: str = ""
+    doubt: str = ""
+
+
+class ArgumentInfo(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """An argument of a command; it takes type, unit and limits from a point."""
+
+    name: str
+    point: str
+    type: ValueType
+    unit: str | None = None
+    low: float | None = None
+    high: float | None = None
+    values: Mapping[int, str] = {}
+
+
+class CommandInfo(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """A command of a drive."""
+
+    name: str
+    args: tuple[ArgumentInfo, ...] = ()
+    role: Role = Role.OPERATOR
+    help: str = ""
+
+
+class DriveInfo(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """A drive with everything that can be browsed."""
+
+    name: str
+    line: str
+    unit: int
+    profile: str
+    title: str
+    maker: str
+    model: str
+    points: tuple[PointInfo, ...]
+    commands: tuple[CommandInfo, ...] = ()
+
+
+class Catalogue(msgspec.Struct, frozen=True, kw_only=True):
+    """The whole gateway, for browsing. A new generation replaces it as a whole."""
+
+    site: str
+    gateway: str
+    version: str
+    generation: int
+    digest: str
+    rates: Mapping[str, float]
+    writes_enabled: bool
+    drives: tuple[DriveInfo, ...]
+
+
+class Batch(msgspec.Struct, frozen=True, tag="batch"):
+    """Samples of watched tags. Samples read in one transaction stay together in one batch, unless the
+    watcher fell behind: then it gets the latest sample of each tag and ``skipped`` counts the rest."""
+
+    seq: int
+    samples: tuple[Sample, ...]
+    skipped: int = 0
+
+
+class Periods(msgspec.Struct, frozen=True, tag="periods"):
+    """The plan changed: from now on these tags are read every so many seconds."""
+
+    periods: Mapping[str, float]
+
+
+class DriveState(msgspec.Struct, frozen=True, tag="drive"):
+    """A drive was found, lost or found again. The first states come right after the watch."""
+
+    drive: str
+    up: bool
+    time: int
+    reason: str = ""
+
+
+class Happened(msgspec.Struct, frozen=True, tag="event"):
+    """An event that happened."""
+
+    event: Event
+
+
+class Replaced(msgspec.Struct, frozen=True, tag="replaced"):
+    """A new configuration is in force: read section and catalogue again."""
+
+    generation: int
+
+
+Update = Batch | Periods | DriveState | Happened | Replaced
+
+
+class LineHealth(msgspec.Struct, frozen=True, kw_only=True):
+    """Counters of one line since start."""
+
+    name: str
+    port: str
+    up: bool
+    reason: str
+    requests: int
+    answered: int
+    refused: int
+    timeouts: int
+    damaged: int
+    """Frames with wrong check bytes, and noise that was skipped."""
+    utilisation: float
+    """Share of the last ten seconds that the wire was in use, 0 to 1."""
+
+
+class Health(msgspec.Struct, frozen=True, kw_only=True):
+    """How the core is doing."""
+
+    started: int
+    lines: tuple[LineHealth, ...]
+    drives: Mapping[str, bool]
+    """Drive name to whether it answers."""
+    sessions: tuple[str, ...]
+    journal: str = ""
+    """Empty when the journal can be written, else why not."""
+
+
+class Frame(msgspec.Struct, frozen=True, array_like=True):
+    """One frame of the wire trace: sent or received, when its last byte was seen, its bytes."""
+
+    time: int
+    sent: bool
+    data: bytes
+    note: str = ""
+
+
+class BridgeError(Exception):
+    """The core is not reachable, speaks another version, or went away."""
+
+
+class Bridge(Protocol):
+    """One client's view of the core. All methods may raise `BridgeError`."""
+
+    @property
+    def section(self) -> Mapping[str, Any]:
+        """The validated configuration of this adapter, as plain data; empty for other clients."""
+        ...
+
+    @property
+    def catalogue(self) -> Catalogue:
+        """The present catalogue."""
+        ...
+
+    async def watch(self, wants: Mapping[str, float | None]) -> Mapping[str, float]:
+        """Add, change (seconds) or withdraw (None) demands; other demands of this client stay.
+
+        Returns the period in seconds that the plan holds for each tag that is now wanted; a tag that
+        cannot be read is left out. The present sample of each newly wanted tag follows as a batch.
+        """
+        ...
+
+    def updates(self) -> AsyncIterator[Update]:
+        """What happens from now on, until the bridge is closed. One consumer per client."""
+        ...
+
+    async def read(self, tags: Sequence[str], max_age: float = 0.0) -> Sequence[Sample]:
+        """One sample per tag, in order: from the store if at most ``max_age`` seconds old, else from
+        the drive."""
+        ...
+
+    async def write(
+        self, tag: str, value: Value, origin: Origin, ttl: float = DEFAULT_TTL, id: str = ""
+    ) -> Outcome:
+        """Write one value (engineering unit; enumerations by number or name) and tell its true outcome.
+
+        ``id`` makes the write at-most-once per ``origin.through``: a second one with the same id gets
+        the first one's outcome.
+        """
+        ...
+
+    async def command(
+        self,
+        drive: str,
+        name: str,
+        args: Mapping[str, Value],
+        origin: Origin,
+        ttl: float = DEFAULT_TTL,
+        id: str = "",
+    ) -> Outcome:
+        """Carry out a command of the profile; as `write`."""
+        ...
+
+    async def health(self) -> Health:
+        """How the core is doing."""
+        ...
+
+    async def trace(self, line: str) -> Sequence[Frame]:
+        """The last frames of a line, oldest first."""
+        ...
+
+    async def close(self) -> None:
+        """Withdraw all demands and leave."""
+        ...

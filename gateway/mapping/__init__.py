@@ -1,0 +1,1 @@
+"""Mapping files: profiles of drive models and site files, read into frozen models. Pure but for `reader`."""

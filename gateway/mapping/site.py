@@ -1,0 +1,93 @@
+"""A site file, resolved: lines, drives and northbound sections, with every default applied.
+
+`model` holds the YAML shape, `load` makes this out of it. Times are seconds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Literal
+
+from gateway.mapping.profile import Profile, SerialFormat
+
+LeaseMode = Literal["session", "required", "off"]
+
+
+@dataclass(frozen=True, slots=True)
+class Control:
+    """Who may command a drive and what happens when he goes away."""
+
+    lease: LeaseMode = "session"
+    ttl: float = 10.0
+    on_expiry: str | None = None
+    """``stop``, ``hold`` or ``setpoint: x``; None while nobody chose."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rs485:
+    """Options of the transceiver: does it echo what is sent, and does RTS switch its direction."""
+
+    echo: bool = False
+    rts: Literal["none", "send_high", "send_low"] = "none"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DriveConfig:
+    """A drive: a profile at a unit address on a line."""
+
+    name: str
+    line: str
+    profile: Profile
+    unit: int
+    ranges: Mapping[str, tuple[Fraction, Fraction]] = field(default_factory=lambda: MappingProxyType({}))
+    """Per point, narrower limits than the profile's, in the point's unit."""
+    settings: Mapping[str, Fraction] = field(default_factory=lambda: MappingProxyType({}))
+    """Every setting of the profile that has a value here or a default."""
+    control: Control = Control()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LineConfig:
+    """One line: a port and how to speak on it.
+
+    ``port`` is a device path, ``tcp://host:port`` (RTU over TCP), ``modbus://host:port`` (Modbus TCP)
+    or ``simulated:``; a relative device path is relative to the site file.
+    """
+
+    name: str
+    port: str
+    framing: Literal["rtu", "ascii", "tcp"]
+    baud: int
+    format: SerialFormat
+    rs485: Rs485
+    drives: tuple[DriveConfig, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Site:
+    """One gateway's whole configuration."""
+
+    site: str
+    gateway: str
+    path: Path
+    """The site file."""
+    lines: tuple[LineConfig, ...]
+    rates: Mapping[str, float]
+    """Rate class to period in seconds; ``fast``, ``normal`` and ``slow`` always exist."""
+    writes_enabled: bool
+    data: Path
+    """Absolute path of the data folder."""
+    opcua: Mapping[str, Any] | None
+    """The validated section as plain data, for the adapter; None when absent."""
+    mqtt: tuple[Mapping[str, Any], ...]
+    digest: str
+    """SHA-256 over the site file and all profiles it uses, in hex."""
+
+    @property
+    def drives(self) -> tuple[DriveConfig, ...]:
+        """All drives of all lines, in the order of the file."""
+        return tuple(drive for line in self.lines for drive in line.drives)

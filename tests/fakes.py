@@ -1,0 +1,136 @@
+"""A bridge that answers from memory, for testing adapters without a core."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Mapping, Sequence
+from typing import Any
+
+from gateway.bridge.api import (
+    ArgumentInfo,
+    Batch,
+    Catalogue,
+    CommandInfo,
+    DriveInfo,
+    Frame,
+    Health,
+    PointInfo,
+    Update,
+)
+from gateway.tag import Cause, Origin, Outcome, Quality, Role, Sample, Value, ValueType, Verdict
+
+
+def small_catalogue(drive: str = "fan-1") -> Catalogue:
+    """One drive with a point of each kind that northbounds treat differently."""
+    points = (
+        PointInfo(name="running", group="monitor", kind="status", type=ValueType.BOOLEAN, rate="fast",
+                  register="0020H.0"),
+        PointInfo(name="output_frequency", group="monitor", kind="measurement", type=ValueType.NUMBER,
+                  rate="fast", unit="Hz", step=0.01, register="0024H", source="sim 9.2"),
+        PointInfo(name="output_voltage", group="monitor", kind="measurement", type=ValueType.NUMBER,
+                  rate="normal", unit="V", step=1.0, register="0028H"),
+        PointInfo(name="scan_count", group="monitor", kind="measurement", type=ValueType.INTEGER,
+                  rate="normal", register="002BH"),
+        PointInfo(name="fault_overcurrent", group="monitor", kind="fault", type=ValueType.BOOLEAN,
+                  rate="normal", register="0021H.0"),
+        PointInfo(name="run_source", group="sn", kind="parameter", type=ValueType.INTEGER, rate="slow",
+                  values={0: "line", 1: "operator_or_terminals"}, writable=True, role=Role.ENGINEER,
+                  register="Sn-08.1"),
+        PointInfo(name="frequency_command", group="control", kind="setpoint", type=ValueType.NUMBER,
+                  rate="normal", unit="Hz", step=0.01, low=0.0, high=60.0, writable=True,
+                  role=Role.OPERATOR, register="0002H"),
+        PointInfo(name="input_5", group="control", kind="switch", type=ValueType.BOOLEAN, rate="normal",
+                  writable=True, role=Role.OPERATOR, register="0001H.4"),
+        PointInfo(name="run", group="control", kind="command", type=ValueType.BOOLEAN, rate="normal",
+                  role=Role.OPERATOR, register="0001H.0"),
+    )
+    frequency = ArgumentInfo(name="frequency", point="frequency_command", type=ValueType.NUMBER, unit="Hz",
+                             low=0.0, high=60.0)
+    commands = (
+        CommandInfo(name="run_forward", args=(frequency,)),
+        CommandInfo(name="run_reverse", args=(frequency,)),
+        CommandInfo(name="stop"),
+        CommandInfo(name="reset_fault"),
+    )
+    info = DriveInfo(name=drive, line="north", unit=1, profile="teco-7200gs", title="TECO 7200GS", maker="TECO",
+                     model="7200GS", points=points, commands=commands)
+    return Catalogue(site="plant7", gateway="gw1", version="0", generation=1, digest="d" * 64,
+                     rates={"fast": 0.2, "normal": 1.0, "slow": 30.0}, writes_enabled=True, drives=(info,))
+
+
+class FakeBridge:
+    """Implements `gateway.bridge.api.Bridge`. Tests put updates in with `push` and read what was
+    wanted, written and commanded from the public attributes; `outcome` is what every write gets,
+    after `delay` seconds."""
+
+    def __init__(self, catalogue: Catalogue | None = None, section: Mapping[str, Any] | None = None) -> None:
+        self.catalogue = catalogue or small_catalogue()
+        self.section: Mapping[str, Any] = section or {}
+        self.wants: dict[str, float] = {}
+        self.writes: list[tuple[str, Value, Origin, float, str]] = []
+        self.commands: list[tuple[str, str, dict[str, Value], Origin, float, str]] = []
+        self.outcome = Outcome(verdict=Verdict.CONFIRMED)
+        self.delay = 0.0
+        self.least_period = 0.1
+        self.samples: dict[str, Sample] = {}
+        self.closed = False
+        self._queue: asyncio.Queue[Update | None] = asyncio.Queue()
+        self._seq = 0
+
+    def push(self, *samples: Sample) -> None:
+        """Deliver samples as one batch."""
+        self._seq += 1
+        for sample in samples:
+            self.samples[sample.tag] = sample
+        self._queue.put_nowait(Batch(self._seq, samples))
+
+    def push_update(self, update: Update) -> None:
+        """Deliver any other update."""
+        self._queue.put_nowait(update)
+
+    async def watch(self, wants: Mapping[str, float | None]) -> Mapping[str, float]:
+        known = {f"{d.name}.{p.name}" for d in self.catalogue.drives for p in d.points}
+        promised = {}
+        for tag, period in wants.items():
+            if period is None:
+                self.wants.pop(tag, None)
+            elif tag in known:
+                self.wants[tag] = period
+                promised[tag] = max(period, self.least_period)
+                if tag in self.samples:
+                    self.push(self.samples[tag])
+                else:
+                    self.push(Sample(tag, None, Quality.WAITING, 1, reason="no value yet"))
+        return promised
+
+    async def updates(self) -> AsyncIterator[Update]:
+        while (update := await self._queue.get()) is not None:
+            yield update
+
+    async def read(self, tags: Sequence[str], max_age: float = 0.0) -> Sequence[Sample]:
+        return [self.samples.get(t, Sample(t, None, Quality.WAITING, 1, reason="no value yet")) for t in tags]
+
+    async def write(self, tag: str, value: Value, origin: Origin, ttl: float = 5.0, id: str = "") -> Outcome:
+        self.writes.append((tag, value, origin, ttl, id))
+        await asyncio.sleep(self.delay)
+        return self.outcome
+
+    async def command(
+        self, drive: str, name: str, args: Mapping[str, Value], origin: Origin, ttl: float = 5.0, id: str = ""
+    ) -> Outcome:
+        self.commands.append((drive, name, dict(args), origin, ttl, id))
+        await asyncio.sleep(self.delay)
+        return self.outcome
+
+    async def health(self) -> Health:
+        return Health(started=1, lines=(), drives={}, sessions=())
+
+    async def trace(self, line: str) -> Sequence[Frame]:
+        return ()
+
+    async def close(self) -> None:
+        self.closed = True
+        self._queue.put_nowait(None)
+
+
+REFUSED = Outcome(verdict=Verdict.REFUSED, cause=Cause.OUT_OF_RANGE, reason="above 60 Hz")

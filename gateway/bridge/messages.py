@@ -1,0 +1,192 @@
+"""The messages of the bridge socket, and how they are framed.
+
+Each message is a msgpack map with a ``type``, preceded by its length in four bytes (big endian).
+A client says `Hello` once and gets `Welcome`; every other request carries an ``id`` that its reply
+repeats. Updates (`gateway.bridge.api.Update`) come in between at any time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import msgspec
+
+from gateway.bridge.api import (
+    Batch,
+    BridgeError,
+    Catalogue,
+    DriveState,
+    Frame,
+    Happened,
+    Health,
+    Periods,
+    Replaced,
+)
+from gateway.tag import Origin, Outcome, Sample, Value
+
+MAX_MESSAGE = 16 * 1024 * 1024
+"""Bytes; a longer announcement means that the peer is not one of ours."""
+
+LENGTH_BYTES = 4
+
+
+class Hello(msgspec.Struct, frozen=True, tag="hello"):
+    """First word of a client: which API it speaks and what it calls itself."""
+
+    version: int
+    name: str
+
+
+class Watch(msgspec.Struct, frozen=True, tag="watch"):
+    """`Bridge.watch`; answered by `Promised`."""
+
+    id: int
+    wants: Mapping[str, float | None]
+
+
+class ReadTags(msgspec.Struct, frozen=True, tag="read"):
+    """`Bridge.read`; answered by `Samples`."""
+
+    id: int
+    tags: tuple[str, ...]
+    max_age: float
+
+
+class WriteTag(msgspec.Struct, frozen=True, tag="write"):
+    """`Bridge.write`; answered by `Done`. ``key`` is the caller's at-most-once id."""
+
+    id: int
+    target: str
+    value: Value
+    origin: Origin
+    ttl: float
+    key: str
+
+
+class RunCommand(msgspec.Struct, frozen=True, tag="command"):
+    """`Bridge.command`; answered by `Done`."""
+
+    id: int
+    drive: str
+    name: str
+    args: Mapping[str, Value]
+    origin: Origin
+    ttl: float
+    key: str
+
+
+class AskHealth(msgspec.Struct, frozen=True, tag="ask_health"):
+    """`Bridge.health`; answered by `HealthIs`."""
+
+    id: int
+
+
+class AskTrace(msgspec.Struct, frozen=True, tag="ask_trace"):
+    """`Bridge.trace`; answered by `TraceIs`."""
+
+    id: int
+    line: str
+
+
+Request = Hello | Watch | ReadTags | WriteTag | RunCommand | AskHealth | AskTrace
+
+
+class Welcome(msgspec.Struct, frozen=True, tag="welcome"):
+    """The core's first word: the adapter's section of the configuration and the catalogue."""
+
+    version: int
+    section: Mapping[str, Any]
+    catalogue: Catalogue
+
+
+class Promised(msgspec.Struct, frozen=True, tag="promised"):
+    """The period in seconds that the plan holds for each tag asked for."""
+
+    id: int
+    periods: Mapping[str, float]
+
+
+class Samples(msgspec.Struct, frozen=True, tag="samples"):
+    """One sample per tag asked for, in order."""
+
+    id: int
+    samples: tuple[Sample, ...]
+
+
+class Done(msgspec.Struct, frozen=True, tag="done"):
+    """The outcome of a write or command."""
+
+    id: int
+    outcome: Outcome
+
+
+class HealthIs(msgspec.Struct, frozen=True, tag="health"):
+    """Answer to `AskHealth`."""
+
+    id: int
+    health: Health
+
+
+class TraceIs(msgspec.Struct, frozen=True, tag="trace"):
+    """Answer to `AskTrace`."""
+
+    id: int
+    frames: tuple[Frame, ...]
+
+
+class Wrong(msgspec.Struct, frozen=True, tag="wrong"):
+    """The request with this id (0: the hello) could not be served, and why."""
+
+    id: int
+    reason: str
+
+
+Reply = Promised | Samples | Done | HealthIs | TraceIs | Wrong
+Response = Welcome | Reply | Batch | Periods | DriveState | Happened | Replaced
+
+_encoder = msgspec.msgpack.Encoder()
+_requests = msgspec.msgpack.Decoder(Request)
+_responses = msgspec.msgpack.Decoder(Response)
+
+
+def pack(message: Request | Response) -> bytes:
+    """The message with its length in front."""
+    body = _encoder.encode(message)
+    return len(body).to_bytes(LENGTH_BYTES, "big") + body
+
+
+def body_length(header: bytes) -> int:
+    """Length of the message behind a header.
+
+    Raises:
+        BridgeError: if the length is beyond `MAX_MESSAGE`.
+    """
+    length = int.from_bytes(header, "big")
+    if length > MAX_MESSAGE:
+        raise BridgeError(f"a message of {length} bytes was announced; at most {MAX_MESSAGE} are taken")
+    return length
+
+
+def unpack_request(body: bytes) -> Request:
+    """The request in ``body``.
+
+    Raises:
+        BridgeError: if it is not one.
+    """
+    try:
+        return _requests.decode(body)
+    except msgspec.MsgspecError as error:
+        raise BridgeError(f"not a bridge request: {error}") from error
+
+
+def unpack_response(body: bytes) -> Response:
+    """The response in ``body``.
+
+    Raises:
+        BridgeError: if it is not one.
+    """
+    try:
+        return _responses.decode(body)
+    except msgspec.MsgspecError as error:
+        raise BridgeError(f"not a bridge response: {error}") from error

@@ -146,8 +146,8 @@ Reply = Promised | Samples | Done | HealthIs | TraceIs | Wrong
 Response = Welcome | Reply | Batch | Periods | DriveState | Happened | Replaced
 
 _encoder = msgspec.msgpack.Encoder()
-_requests = msgspec.msgpack.Decoder(Request)
-_responses = msgspec.msgpack.Decoder(Response)
+_requests: msgspec.msgpack.Decoder[Request] = msgspec.msgpack.Decoder(Request)
+_responses: msgspec.msgpack.Decoder[Response] = msgspec.msgpack.Decoder(Response)
 
 
 def pack(message: Request | Response) -> bytes:

@@ -1,0 +1,137 @@
+"""From the keys of a point to its `Encoding`, and what an encoding can hold."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from fractions import Fraction
+from types import MappingProxyType
+
+from gateway.mapping import forms
+from gateway.mapping.finding import Report
+from gateway.mapping.forms import FormError, Unit
+from gateway.mapping.inherit import Inherited
+from gateway.mapping.model import Modbus, NamedValue, Values, ValueTable
+from gateway.mapping.node import Path
+from gateway.mapping.profile import Encoding, NumberType, WordOrder
+from gateway.mapping.shape import nearest
+
+_WORDS = {"u16": 1, "s16": 1, "u32": 2, "s32": 2, "u64": 4, "f32": 2, "bcd": 1}
+_TEXT = re.compile(r"text ([1-9]\d{0,2})", re.ASCII)
+_IN_FIELDS = ("u16", "s16", "bcd")
+
+
+class Encodings:
+    """Makes the encodings of one profile."""
+
+    def __init__(self, shared: Mapping[str, ValueTable], modbus: Modbus, report: Report) -> None:
+        self._report = report
+        self._order: WordOrder = modbus.words.value if modbus.words else "high_first"
+        self._shared = {name: self.names(table, ("values", name)) for name, table in shared.items()}
+
+    def make(self, keys: Inherited, bits: tuple[int, int] | None = None, active: str = "high") -> Encoding:
+        """The encoding of a point, or of the field at ``bits`` (first bit and width)."""
+        traits = keys.traits
+        unit = traits.unit or Unit(Fraction(1), "")
+        kind, words = self._type(traits.type or "u16", keys.place("type"), field=bits is not None)
+        encoding = Encoding(
+            type=kind,
+            words=words,
+            word_order=traits.words or self._order,
+            bit=bits[0] if bits else 0,
+            width=bits[1] if bits else 0,
+            active_low=active == "low",
+            scale=unit.scale,
+            symbol=unit.symbol or None,
+            times=traits.times,
+            offset=traits.offset or Fraction(0),
+            values=self.values(traits.values, keys.place("values")),
+            special=self._special(traits.special or {}, keys.place("special")),
+        )
+        self._fits(encoding, keys)
+        return encoding
+
+    def values(self, raw: Values | None, path: Path) -> Mapping[int, str]:
+        """Raw value to name, of a table in place or of a shared one."""
+        if raw is None:
+            return MappingProxyType({})
+        if isinstance(raw, dict):
+            return self.names(raw, path)
+        if raw not in self._shared:
+            self._report.unknown_name(path, f"`{raw}` is none of the tables under `values`",
+                                      nearest(raw, list(self._shared)))  # fmt: skip
+        return self._shared.get(raw, MappingProxyType({}))
+
+    def names(self, table: ValueTable, path: Path) -> Mapping[int, str]:
+        """Raw value to name; each must stand there once."""
+        result: dict[int, str] = {}
+        for key, entry in table.items():
+            raw = self._key(key, (*path, key))
+            if raw is None:
+                continue
+            self._once(raw, entry, result, (*path, key))
+            result[raw] = entry.name
+        return MappingProxyType(result)
+
+    def _once(self, raw: int, entry: NamedValue, known: Mapping[int, str], path: Path) -> None:
+        if raw in known:
+            self._report.error(path, f"the raw value {raw} has a name already, `{known[raw]}`", "keep one of them",
+                               key=True)  # fmt: skip
+        elif entry.name in known.values():
+            self._report.error(path, f"the name `{entry.name}` stands for two raw values", "use another name")
+
+    def _special(self, table: Mapping[str, str], path: Path) -> Mapping[int, str]:
+        pairs = ((self._key(key, (*path, key)), name) for key, name in table.items())
+        return MappingProxyType({raw: name for raw, name in pairs if raw is not None})
+
+    def _key(self, text: str, path: Path) -> int | None:
+        try:
+            return forms.raw_value(text)
+        except FormError as error:
+            self._report.error(path, error.message, error.remedy, key=True)
+            return None
+
+    def _type(self, text: str, path: Path, *, field: bool) -> tuple[NumberType, int]:
+        """Number type and registers that it takes."""
+        match = _TEXT.fullmatch(text)
+        if match and not field:
+            return NumberType.TEXT, (int(match[1]) + 1) // 2
+        known = _IN_FIELDS if field else tuple(_WORDS)
+        if text not in known:
+            what = "the type of a field" if field else "a type"
+            more = "" if field else " or text 20"
+            self._report.error(path, f"`{text}` is not {what}", f"use one of {' '.join(known)}{more}")
+            return NumberType.U16, 1
+        return NumberType(text), _WORDS[text]
+
+    def _fits(self, encoding: Encoding, keys: Inherited) -> None:
+        """Complain about raw values that cannot occur, and about names for what is no count."""
+        span = raw_span(encoding)
+        for key, table in (("values", encoding.values), ("special", encoding.special)):
+            if table and span is None:
+                self._report.error(keys.place(key), f"`{key}` cannot stand beside `type: {encoding.type}`",
+                                   "leave one of them out")  # fmt: skip
+            for raw in table:
+                if span is not None and not span[0] <= raw <= span[1]:
+                    self._report.error(keys.place(key), f"the raw value {raw} of `{key}` does not fit: "
+                                       f"it can be {span[0]} to {span[1]}", "correct the value or the width")  # fmt: skip
+
+
+def raw_span(encoding: Encoding) -> tuple[int, int] | None:
+    """Least and greatest raw value; None when they are no counts (text, floating point)."""
+    width = encoding.width or 16 * encoding.words
+    if encoding.type in (NumberType.TEXT, NumberType.F32):
+        return None
+    if encoding.type is NumberType.BCD:
+        return 0, 10 ** (width // 4) - 1
+    if encoding.type in (NumberType.S16, NumberType.S32):
+        return -(1 << width - 1), (1 << width - 1) - 1
+    return 0, (1 << width) - 1
+
+
+def value_span(encoding: Encoding) -> tuple[Fraction, Fraction] | None:
+    """Least and greatest value in the unit; None when a setting or point multiplies it, or no counts."""
+    span = raw_span(encoding)
+    if span is None or encoding.times is not None:
+        return None
+    return span[0] * encoding.scale + encoding.offset, span[1] * encoding.scale + encoding.offset

@@ -1,0 +1,66 @@
+"""Inheritance inside a profile: a key on a group or register holds for what is below; the nearest wins."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from gateway.mapping.finding import Report
+from gateway.mapping.model import Sourced, Traits
+from gateway.mapping.node import Path
+from gateway.mapping.profile import Document, Provenance
+from gateway.mapping.shape import nearest
+
+Level = tuple[Path, Sourced]
+"""One of the tables that a datum stands in, and where it is; lists of them go from the outside in."""
+
+
+@dataclass(frozen=True, slots=True)
+class Inherited:
+    """The keys that hold for a datum, and where each of them is written."""
+
+    traits: Traits
+    path: Path
+    where: Mapping[str, Path]
+
+    def place(self, key: str) -> Path:
+        """Where a key is written; the datum's own place when it is not."""
+        return self.where.get(key, self.path)
+
+
+def inherit(levels: Sequence[Level]) -> Inherited:
+    """The keys of all levels laid over each other."""
+    values: dict[str, object] = {}
+    where: dict[str, Path] = {}
+    for path, level in levels:
+        for key in Traits.model_fields.keys() & level.model_fields_set:
+            values[key] = getattr(level, key)
+            where[key] = (*path, key)
+    return Inherited(Traits.model_construct(**values), levels[-1][0], where)  # type: ignore[arg-type]
+
+
+class Sources:
+    """The documents of a profile, and which of them a datum comes from."""
+
+    def __init__(self, documents: Mapping[str, Document], report: Report) -> None:
+        self._documents = documents
+        self._report = report
+
+    def of(self, levels: Sequence[Level]) -> Provenance:
+        """Provenance of the innermost level; without any ``source`` it is the first document."""
+        source, doubt = "", None
+        for path, level in levels:
+            if level.source is not None:
+                source = level.source
+                self._check(source, path)
+            doubt = level.doubt if level.doubt is not None else doubt
+        document, _, place = source.partition(" ")
+        document = document or next(iter(self._documents), "")
+        known = self._documents.get(document)
+        return Provenance(document, place.strip(), known is not None and known.similar, doubt)
+
+    def _check(self, source: str, path: Path) -> None:
+        document = source.partition(" ")[0]
+        if document not in self._documents:
+            self._report.unknown_name((*path, "source"), f"`{document}` is none of the documents",
+                                      nearest(document, list(self._documents)))  # fmt: skip

@@ -1,0 +1,287 @@
+"""The shape of a profile as it stands in YAML: keys and their forms, nothing looked up yet.
+
+`gateway.mapping.resolve` makes a `gateway.mapping.profile.Profile` out of it.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar, Generic, Literal, TypeVar
+
+from pydantic import Discriminator, Field, Tag
+
+from gateway.mapping.profile import Access, Kind
+from gateway.mapping.scalars import (
+    Address,
+    Bits,
+    Byte,
+    Count,
+    Duration,
+    Durations,
+    Format,
+    Integer,
+    Later,
+    Misplaced,
+    Name,
+    Number,
+    Span,
+    Text,
+    Truth,
+    UnitOf,
+    Wear,
+    WholeSpan,
+)
+from gateway.mapping.shape import Entry, Shape
+
+T = TypeVar("T")
+
+
+class Sourced(Shape):
+    """Provenance, which covers everything below it."""
+
+    source: Text | None = None
+    doubt: Text | None = None
+
+
+class Fact(Entry, Sourced, Generic[T]):
+    """A plain fact, alone or with its provenance."""
+
+    first: ClassVar[str] = "is"
+    lists: ClassVar[bool] = True
+    value: T = Field(alias="is")
+
+
+class Document(Entry):
+    """A source document."""
+
+    first: ClassVar[str] = "title"
+    title: Text
+    similar: Truth = False
+
+
+class Notation(Sourced):
+    """How an address of the manual becomes a wire address: a weight for each ``<part>``."""
+
+    model_config = {"extra": "allow"}
+    __pydantic_extra__: dict[str, Integer] = Field(init=False)
+    example: Text
+    add: Integer = 0
+    table: Literal["holding", "input", "coil", "discrete"] = "holding"
+
+    @property
+    def weights(self) -> dict[str, int]:
+        """Part of the notation to what it counts."""
+        return dict(self.__pydantic_extra__ or {})
+
+
+class CommLoss(Sourced):
+    """What the drive does when the line dies."""
+
+    after: Duration | None = None
+    action: Name | None = None
+    when: Later = None
+
+
+class Serial(Sourced):
+    """Facts of the serial interface."""
+
+    baud: Fact[list[Count]]
+    rtu: Fact[list[Format]] | None = None
+    ascii: Fact[list[Format]] | None = None
+    units: Fact[WholeSpan] | None = None
+    gap: Fact[Duration] | None = None
+    reply: Fact[Durations] | None = None
+    pause: Later = None
+    comm_loss: CommLoss | None = None
+
+
+class Modbus(Sourced):
+    """Facts of the protocol."""
+
+    functions: Fact[list[Byte]] | None = None
+    write_one: Fact[Byte] | None = None
+    read_max: Fact[Count] | None = None
+    write_max: Fact[Count] | None = None
+    bridge: Fact[Truth] | None = None
+    holes: Fact[list[Address]] | None = None
+    probe: Fact[Name] | None = None
+    words: Fact[Literal["high_first", "low_first"]] | None = None
+    error_functions: Later = None
+
+
+class NamedValue(Entry, Sourced):
+    """The name of a raw value."""
+
+    first: ClassVar[str] = "name"
+    name: Name
+    help: Text | None = None
+
+
+def _table_or_name(value: object) -> str:
+    return "|name|" if isinstance(value, str) else "|table|"
+
+
+ValueTable = dict[str, NamedValue]
+Values = Annotated[
+    Annotated[Name, Tag("|name|")] | Annotated[ValueTable, Tag("|table|")], Discriminator(_table_or_name)
+]
+"""Raw value to name, or the name of a shared table."""
+
+
+def _list_or_one(value: object) -> str:
+    return "|list|" if isinstance(value, list) else "|one|"
+
+
+OneOrMore = Annotated[
+    Annotated[Text, Tag("|one|")] | Annotated[list[Text], Tag("|list|")], Discriminator(_list_or_one)
+]
+Condition = dict[str, OneOrMore]
+"""Name to a value, a range, or a list of them."""
+
+
+class Setting(Sourced):
+    """A fact that only the panel or the plant knows."""
+
+    unit: UnitOf | None = None
+    range: Span | None = None
+    default: Text | None = None
+    values: Values | None = None
+    help: Text | None = None
+
+
+class ErrorCode(Entry, Sourced):
+    """What an exception code means."""
+
+    first: ClassVar[str] = "name"
+    name: Name
+    help: Text | None = None
+    retry: Later = None
+    retry_when: Later = None
+
+
+class Traits(Sourced):
+    """The keys that a group, a register, a field or a point may carry; the nearest one wins."""
+
+    kind: Kind | None = None
+    type: Text | None = None
+    words: Literal["high_first", "low_first"] | None = None
+    unit: UnitOf | None = None
+    times: Name | None = None
+    offset: Number | None = None
+    values: Values | None = None
+    special: dict[str, Name] | None = None
+    range: Span | None = None
+    rate: Literal["fast", "normal", "slow"] | None = None
+    access: Access | None = None
+    only_when: Condition | None = None
+    wear: Wear | None = None
+    danger: dict[str, Text] | None = None
+    shift: Later = None
+    when: Later = None
+    cases: Later = None
+    select: Later = None
+    then: Later = None
+
+
+class BitField(Entry, Traits):
+    """A field of a register."""
+
+    first: ClassVar[str] = "bit"
+    bit: Bits
+    repeat: WholeSpan | None = None
+    stride: Count | None = None
+    active: Literal["high", "low"] = "high"
+    always: Integer | None = None
+    pulse: Duration | None = None
+    help: Text | None = None
+
+
+class Register(Entry, Traits):
+    """A point, or with ``bits`` a register that is cut into fields."""
+
+    first: ClassVar[str] = "at"
+    at: Address
+    bits: dict[str, BitField] | None = None
+    image: Truth = False
+    repeat: WholeSpan | None = None
+    stride: Count | None = None
+    help: Text | None = None
+    silent: Later = None
+    twin: Later = None
+    pause: Later = None
+    active: Misplaced = None
+    always: Misplaced = None
+    pulse: Misplaced = None
+
+
+class Group(Traits):
+    """Points that share keys."""
+
+    help: Text | None = None
+    points: dict[str, Register]
+
+
+class Step(Shape):
+    """One transaction and what proves it."""
+
+    write: dict[str, Text]
+    until: Condition | None = None
+    within: Duration = 1.0
+    when: Later = None
+
+
+class Command(Sourced):
+    """A named list of steps."""
+
+    help: Text | None = None
+    args: dict[str, Name] = {}
+    only_when: Condition | None = None
+    steps: list[Step] = Field(min_length=1)
+
+
+class Addresses(Sourced):
+    """Notations by pattern."""
+
+    model_config = {"extra": "allow"}
+    __pydantic_extra__: dict[str, Notation] = Field(init=False)
+
+
+class Settings(Sourced):
+    """Settings by name."""
+
+    model_config = {"extra": "allow"}
+    __pydantic_extra__: dict[str, Setting] = Field(init=False)
+
+
+class Errors(Sourced):
+    """Exception codes by number."""
+
+    model_config = {"extra": "allow"}
+    __pydantic_extra__: dict[str, ErrorCode] = Field(init=False)
+
+
+class Commands(Sourced):
+    """Commands by name."""
+
+    model_config = {"extra": "allow"}
+    __pydantic_extra__: dict[str, Command] = Field(init=False)
+
+
+class RawProfile(Shape):
+    """A profile file."""
+
+    profile: Text
+    title: Text
+    maker: Text
+    models: list[Text] = Field(min_length=1)
+    version: Count
+    like: Later = None
+    documents: dict[str, Document] = Field(min_length=1)
+    addresses: Addresses = Addresses()
+    serial: Serial
+    modbus: Modbus = Modbus()
+    settings: Settings = Settings()
+    values: dict[str, ValueTable] = {}
+    errors: Errors | None = None
+    groups: dict[str, Group] = Field(min_length=1)
+    commands: Commands = Commands()
+    broadcast: Later = None

@@ -1,0 +1,147 @@
+"""Which units answer, how fast, and when to ask those that do not."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+from gateway.line.interface import UnitFacts
+from gateway.line.resync import Suspicion
+from gateway.line.schedule import Probe
+
+FLOOR = 0.03
+"""Least seconds to wait for a reply: a USB adapter may hold bytes back for 16 ms, each way a little more."""
+DOWN_AFTER = 3
+"""Requests in a row without an answer after which a unit that did answer is held to be down."""
+DOWN_AT_FIRST = 2
+"""The same for a unit that never answered."""
+PROBE_SHARE = 0.03
+"""Share of the line that all probes together may take."""
+PROBE_PERIOD = 5.0
+"""Least seconds between two probes of one unit."""
+PATIENT_EVERY = 16
+"""Of so many probes one waits as long as the profile says a reply can take, the others a usual time."""
+
+
+class Turnaround:
+    """Learns how long a unit takes from the end of a request to the start of its reply (all in seconds)."""
+
+    def __init__(self, facts: UnitFacts) -> None:
+        self._facts = facts
+        self._mean = math.nan
+        self._deviation = 0.0
+        self._peak = 0.0
+        self._missed = 0
+
+    @property
+    def usual(self) -> float:
+        """What to plan with."""
+        return self._facts.reply_usual if math.isnan(self._mean) else self._mean
+
+    @property
+    def longest(self) -> float:
+        """The profile's word, but never below the floor."""
+        return max(FLOOR, self._facts.reply_max)
+
+    @property
+    def limit(self) -> float:
+        """How long to wait for a reply; doubled with each that did not come."""
+        if math.isnan(self._mean):
+            return self.longest
+        learned = max(2 * self._mean + 4 * self._deviation, 1.5 * self._peak, FLOOR)
+        return min(learned * 2.0 ** min(self._missed, 8), self.longest)
+
+    @property
+    def probe_limit(self) -> float:
+        """How long a probe usually waits."""
+        return min(max(8 * self.usual, 2 * FLOOR), self.longest)
+
+    def answered(self, seconds: float) -> None:
+        """A reply began so long after its request."""
+        self._missed = 0
+        self._peak = max(seconds, 0.999 * self._peak)
+        if math.isnan(self._mean):
+            self._mean, self._deviation = seconds, seconds / 2
+            return
+        error = seconds - self._mean
+        self._mean += error / 8
+        self._deviation += (abs(error) - self._deviation) / 4
+
+    def missed(self) -> None:
+        """No reply came in time."""
+        self._missed += 1
+
+
+class Unit:
+    """What is known of one unit. ``up`` is None until it was asked."""
+
+    def __init__(self, facts: UnitFacts) -> None:
+        self.facts = facts
+        self.up: bool | None = None
+        self.turnaround = Turnaround(facts)
+        self.suspicion = Suspicion(facts)
+        self.blocked_until = -math.inf
+        self.probed_at = -math.inf
+        self._probes = 0
+        self._silences = 0
+        self._silent_since = 0.0
+
+    @property
+    def ready_at(self) -> float:
+        """The instant from which it may be asked."""
+        return math.inf if self.up is False else self.blocked_until
+
+    @property
+    def patience(self) -> float:
+        """How long this probe waits for a reply."""
+        patient = self._probes % PATIENT_EVERY == 0
+        return self.turnaround.longest if patient else self.turnaround.probe_limit
+
+    def probed(self, now: float) -> None:
+        """A probe went out."""
+        self.probed_at = now
+        self._probes += 1
+
+    def heard(self) -> bool:
+        """It answered; True when that is news."""
+        news = self.up is not True
+        self.up = True
+        self._silences = 0
+        return news
+
+    def silent(self, asked: float, now: float) -> bool:
+        """A request that went out at ``asked`` got no answer; True when it is held to be down from now on."""
+        if not self._silences:
+            self._silent_since = asked
+        self._silences += 1
+        enough = self._silences >= (DOWN_AT_FIRST if self.up is None else DOWN_AFTER)
+        if self.up is False or not enough or now - self._silent_since < self.facts.reply_max:
+            return False
+        self.up = False
+        self.probed_at = now
+        self._probes = 1
+        return True
+
+    def forget(self) -> None:
+        """The port was closed: whether the unit answers is not known any more."""
+        self.up = None
+        self._silences = 0
+
+
+class Probing:
+    """Whose turn it is to be probed: in a round, together never above their share of the line."""
+
+    def __init__(self) -> None:
+        self._free_at = -math.inf
+
+    def next(self, units: Iterable[Unit]) -> Probe | None:
+        """The next probe, now or later; None when no unit is down."""
+        silent = [unit for unit in units if unit.up is False]
+        if not silent:
+            return None
+        first = min(silent, key=lambda unit: unit.probed_at)
+        return Probe(first.facts.unit, max(self._free_at, first.probed_at + PROBE_PERIOD))
+
+    def spent(self, began: float, seconds: float) -> None:
+        """A probe that began at ``began`` took so much of the line."""
+        self._free_at = began + seconds / PROBE_SHARE

@@ -1,0 +1,188 @@
+"""What goes onto the line next: one decision, one transaction.
+
+Order: stop; commands; reads by deadline (earliest first, each block keeping its phase); probes. Commands
+leave reads half of the line: what a command took is owed to the reads that waited meanwhile.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+from gateway.line.interface import Block, Job, Priority
+
+READ_PATIENCE = 0.5
+"""Seconds after which a read that was asked once counts as late."""
+PROBE_PATIENCE = 0.5
+"""Seconds after which a probe counts as late, so that a full line cannot hide a returning unit."""
+
+ReadyAt = Callable[[int], float]
+"""The instant from which a unit may be asked; infinite while it is held to be down."""
+
+
+@dataclass(slots=True)
+class Due:
+    """A planned read and when it is next due."""
+
+    block: Block
+    at: float
+
+    @property
+    def deadline(self) -> float:
+        """When it counts as late."""
+        return self.at + self.block.period
+
+    @property
+    def unit(self) -> int:
+        """The unit to be asked."""
+        return self.block.unit
+
+
+@dataclass(slots=True)
+class Waiting:
+    """A job that was asked and not sent yet."""
+
+    job: Job
+    asked: float
+
+    @property
+    def at(self) -> float:
+        """It is due from the moment it was asked."""
+        return self.asked
+
+    @property
+    def deadline(self) -> float:
+        """Its place among planned reads, for jobs of priority READ."""
+        return self.asked + READ_PATIENCE
+
+    @property
+    def unit(self) -> int:
+        """The unit to be asked."""
+        return self.job.request.unit
+
+
+@dataclass(frozen=True, slots=True)
+class Probe:
+    """A silent unit's turn to be asked whether it is back."""
+
+    unit: int
+    at: float
+
+    @property
+    def deadline(self) -> float:
+        """When it counts as late."""
+        return self.at + PROBE_PATIENCE
+
+
+Choice = Due | Waiting | Probe
+
+
+class Schedule:
+    """The reads that are due and the jobs that wait."""
+
+    def __init__(self) -> None:
+        self._reads: list[Due] = []
+        self._jobs: list[Waiting] = []
+        self._owed = 0.0
+
+    def replan(self, blocks: Iterable[Block], now: float) -> None:
+        """Take a new plan. A read that was planned before keeps its phase."""
+        old = {_key(due.block): due.at for due in self._reads}
+        self._reads = [Due(block, min(old.get(_key(block), now), now + block.period)) for block in blocks]
+
+    def ask(self, job: Job, now: float) -> None:
+        """Let a job wait for its turn."""
+        self._jobs.append(Waiting(job, now))
+
+    def withdraw(self, job_id: int) -> bool:
+        """Forget a waiting job; False when none of that id waits."""
+        waiting = [entry for entry in self._jobs if entry.job.id == job_id]
+        for entry in waiting:
+            self._jobs.remove(entry)
+        return bool(waiting)
+
+    def drain(self) -> list[Job]:
+        """Take out all jobs that wait."""
+        jobs = [entry.job for entry in self._jobs]
+        self._jobs.clear()
+        return jobs
+
+    def expired(self, now: float) -> list[Job]:
+        """Take out the jobs whose deadline has passed."""
+        gone = [entry for entry in self._jobs if _expiry(entry.job) <= now]
+        for entry in gone:
+            self._jobs.remove(entry)
+        return [entry.job for entry in gone]
+
+    def choose(self, now: float, ready_at: ReadyAt, probe: Probe | None = None) -> Choice | None:
+        """What should go out now; None when nothing is due. Nothing is taken out."""
+        if (stop := self._first(Priority.STOP, now, _always)) is not None:
+            return stop
+        reads = self._due_reads(now, ready_at)
+        if not reads:
+            self._owed = 0.0
+        if self._owed <= 0 and (command := self._first(Priority.COMMAND, now, ready_at)) is not None:
+            return command
+        if probe is not None and probe.at <= now:
+            reads.append(probe)
+            reads = [read for read in reads if read is not probe or len(reads) == 1 or probe.deadline <= now]
+        if reads:
+            return min(reads, key=_by_deadline)
+        return self._first(Priority.PROBE, now, ready_at)
+
+    def spent(self, choice: Choice, seconds: float) -> None:
+        """Account for line time: commands run up a debt to the reads, reads pay it off."""
+        if isinstance(choice, Waiting) and choice.job.priority is Priority.COMMAND:
+            self._owed += seconds
+        elif isinstance(choice, Due) or (
+            isinstance(choice, Waiting) and choice.job.priority is Priority.READ
+        ):
+            self._owed = max(0.0, self._owed - seconds)
+
+    def wake(self, ready_at: ReadyAt) -> float:
+        """When something is next due or expires; infinite when nothing ever is."""
+        times = [max(due.at, ready_at(due.unit)) for due in self._reads]
+        for entry in self._jobs:
+            ready = -math.inf if entry.job.priority is Priority.STOP else ready_at(entry.unit)
+            times.append(min(ready, _expiry(entry.job)))
+        return min(times, default=math.inf)
+
+    def _first(self, priority: Priority, now: float, ready_at: ReadyAt) -> Waiting | None:
+        """The oldest waiting job of a priority whose unit may be asked."""
+        return next((e for e in self._jobs if e.job.priority is priority and ready_at(e.unit) <= now), None)
+
+    def _due_reads(self, now: float, ready_at: ReadyAt) -> list[Choice]:
+        reads: list[Choice] = [due for due in self._reads if due.at <= now and ready_at(due.unit) <= now]
+        reads += [
+            entry
+            for entry in self._jobs
+            if entry.job.priority is Priority.READ and ready_at(entry.unit) <= now
+        ]
+        return reads
+
+
+def settle(due: Due, now: float) -> None:
+    """Set when a read that was answered is due again: in phase, whole periods that passed left out."""
+    due.at += due.block.period * max(1.0, (now - due.at) // due.block.period)
+
+
+def postpone(due: Due, until: float) -> None:
+    """Let a read wait that failed."""
+    due.at = max(due.at, until)
+
+
+def _always(unit: int) -> float:
+    return -math.inf
+
+
+def _by_deadline(choice: Choice) -> float:
+    return choice.deadline
+
+
+def _expiry(job: Job) -> float:
+    return math.inf if job.deadline is None else job.deadline
+
+
+def _key(block: Block) -> tuple[int, str, int, int]:
+    return block.unit, block.table, block.address, block.count

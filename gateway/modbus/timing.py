@@ -1,0 +1,45 @@
+"""The time that frames take on a wire."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from gateway.mapping.profile import SerialFormat
+from gateway.modbus.framing import FramingName
+
+SILENCE = 3.5
+"""Characters of silence between RTU frames (serial line V1.02, section 2.5.1.1)."""
+FIXED_ABOVE = 19200
+"""Above this baud rate the silence is no longer counted in characters but fixed."""
+FIXED_SILENCE = 0.00175
+"""Seconds of silence above `FIXED_ABOVE` baud."""
+
+
+@dataclass(frozen=True, slots=True)
+class Timing:
+    """Seconds per character, and the mandatory silence between frames in seconds."""
+
+    character: float
+    gap: float
+
+    def duration(self, characters: int) -> float:
+        """Seconds that a frame of so many characters takes."""
+        return characters * self.character
+
+    def transaction(self, request: int, reply: int, turnaround: float) -> float:
+        """Seconds of line that an exchange takes: both frames (in characters), the unit's turnaround, and
+        the silence after it. The silence before the reply is part of the turnaround."""
+        return self.duration(request + reply) + turnaround + self.gap
+
+
+def timing_of(framing: FramingName, baud: int, form: SerialFormat, gap: float = 0.0) -> Timing:
+    """The timing of a line; ``gap`` is what its drives ask for beyond the standard's silence."""
+    if framing == "tcp":
+        return Timing(0.0, gap)
+    character = form.bits_per_character / baud
+    silence = _rtu_silence(baud, character) if framing == "rtu" else 0.0
+    return Timing(character, max(gap, silence))
+
+
+def _rtu_silence(baud: int, character: float) -> float:
+    return FIXED_SILENCE if baud > FIXED_ABOVE else SILENCE * character

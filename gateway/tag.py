@@ -106,7 +106,8 @@ class Verdict(StrEnum):
     EXPIRED = "expired"
     """Its time to live ended before it was sent."""
     SUPERSEDED = "superseded"
-    """A newer write to the same setpoint, or a stop, took its place before it was sent."""
+    """A newer write to the same setpoint took its place before it was sent, or a stop did before it
+    was proved."""
 
     @property
     def final(self) -> bool:

@@ -1,0 +1,110 @@
+"""The site as clients may browse it. Pure."""
+
+from __future__ import annotations
+
+from gateway.bridge.api import ArgumentInfo, Catalogue, CommandInfo, DriveInfo, PointInfo
+from gateway.core.drive import Drive
+from gateway.mapping.profile import Command, Point, Provenance
+from gateway.mapping.site import Site
+from gateway.tag import ValueType
+
+
+def catalogue_of(site: Site, drives: list[Drive], version: str, generation: int) -> Catalogue:
+    """The catalogue of a site."""
+    return Catalogue(
+        site=site.site,
+        gateway=site.gateway,
+        version=version,
+        generation=generation,
+        digest=site.digest,
+        rates=dict(site.rates),
+        writes_enabled=site.writes_enabled,
+        drives=tuple(_drive_info(drive) for drive in drives),
+    )
+
+
+def _drive_info(drive: Drive) -> DriveInfo:
+    profile = drive.profile
+    return DriveInfo(
+        name=drive.name,
+        line=drive.line,
+        unit=drive.unit,
+        profile=profile.name,
+        title=profile.title,
+        maker=profile.maker,
+        model=", ".join(profile.models),
+        points=tuple(_point_info(drive, point) for point in profile.points.values()),
+        commands=tuple(_command_info(drive, command) for command in profile.commands.values()),
+    )
+
+
+def _point_info(drive: Drive, point: Point) -> PointInfo:
+    low, high = _limits(drive, point)
+    encoding = point.encoding
+    return PointInfo(
+        name=point.name,
+        group=point.group,
+        kind=point.kind.value,
+        type=encoding.value_type,
+        rate=point.rate,
+        unit=encoding.symbol,
+        low=low,
+        high=high,
+        values=dict(encoding.values),
+        readable=point.access.readable,
+        writable=point.access.writable and not point.by_command_only,
+        role=point.role,
+        step=float(encoding.scale * drive.times(encoding))
+        if encoding.value_type is ValueType.NUMBER
+        else None,
+        register=register_text(point),
+        help=point.help,
+        source=_source(point.provenance),
+        doubt=_doubt(point.provenance),
+    )
+
+
+def _command_info(drive: Drive, command: Command) -> CommandInfo:
+    return CommandInfo(
+        name=command.name,
+        args=tuple(_argument_info(drive, name, point) for name, point in command.args.items()),
+        role=command.role,
+        help=command.help,
+    )
+
+
+def _argument_info(drive: Drive, name: str, point_name: str) -> ArgumentInfo:
+    point = drive.profile.points[point_name]
+    low, high = _limits(drive, point)
+    return ArgumentInfo(
+        name=name,
+        point=point_name,
+        type=point.encoding.value_type,
+        unit=point.encoding.symbol,
+        low=low,
+        high=high,
+        values=dict(point.encoding.values),
+    )
+
+
+def _limits(drive: Drive, point: Point) -> tuple[float | None, float | None]:
+    limits = drive.limits(point)
+    return (None, None) if limits is None else (float(limits[0]), float(limits[1]))
+
+
+def register_text(point: Point) -> str:
+    """A point's place as the manual writes it: ``0024H``, ``Cn-02``, ``0020H.3``, ``0107H.2-3``."""
+    place = point.notation or f"{point.address:04X}H"
+    first, width = point.encoding.bit, point.encoding.width
+    if not width:
+        return place
+    return f"{place}.{first}" if width == 1 else f"{place}.{first}-{first + width - 1}"
+
+
+def _source(provenance: Provenance) -> str:
+    return f"{provenance.document} {provenance.place}".strip()
+
+
+def _doubt(provenance: Provenance) -> str:
+    similar = "similar model, unverified" if provenance.similar else ""
+    return "; ".join(text for text in (similar, provenance.doubt or "") if text)

@@ -1,0 +1,248 @@
+"""The core: `step(event, now) -> actions`. Pure.
+
+Owns the lines, the samples, the demands, the guard and every write under way. It never waits, never
+looks at a clock and never touches a port: the shell in `gateway.core.process` feeds it events and
+carries out its actions, a simulation can do the same under a virtual clock.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from gateway.bridge.messages import (
+    AskHealth,
+    AskTrace,
+    HealthIs,
+    Promised,
+    ReadTags,
+    Response,
+    RunCommand,
+    Samples,
+    TraceIs,
+    Watch,
+    WriteTag,
+    Wrong,
+)
+from gateway.core.catalogue import catalogue_of
+from gateway.core.clients import Clients
+from gateway.core.drive import Drive
+from gateway.core.events import (
+    Action,
+    Asked,
+    ClientRequest,
+    Close,
+    Event,
+    Joined,
+    Left,
+    Open,
+    PortLost,
+    PortOpened,
+    Received,
+    Record,
+    Recorded,
+    Started,
+    Stopping,
+    Tell,
+    Ticked,
+    Transmit,
+)
+from gateway.core.health import Wellbeing
+from gateway.core.lines import Lines
+from gateway.core.polling import Polling
+from gateway.core.reads import Reads
+from gateway.core.requests import Writes
+from gateway.core.watch import Watchkeeper
+from gateway.line import interface as line_does
+from gateway.mapping.site import Site
+from gateway.tag import Instant, Role, Sample
+
+
+class Core:
+    """The whole gateway but its shells.
+
+    Args:
+        site: the configuration in force.
+        version: of the program, for the catalogue.
+    """
+
+    def __init__(self, site: Site, version: str) -> None:
+        self.site = site
+        self.drives = [Drive(config) for config in site.drives]
+        self.catalogue = catalogue_of(site, self.drives, version, generation=1)
+        self._now = Instant(0.0, 0)
+        self._actions: list[Action] = []
+        self.lines = Lines(site, self.drives, self._admits)
+        self.polling = Polling(self.drives, dict(site.rates), self._publish)
+        self.clients = Clients(self.polling.demands, self._tell)
+        self._reads = Reads(self.polling, self._read)
+        self._writes = Writes(
+            site.writes_enabled,
+            self.drives,
+            self.polling,
+            self.clients,
+            self.lines,
+            self._record,
+            self._replan,
+        )
+        self._watchkeeper = Watchkeeper(self.drives, dict(site.rates), self.polling, self.clients)
+        self._health = Wellbeing(site.lines, self.lines, self.clients, self._watchkeeper)
+        self._last_record = 0
+
+    # -- the interface of the shell
+
+    def step(self, event: Event, now: Instant) -> list[Action]:
+        """Take in one event and return what is to be done, in order."""
+        self._now = now
+        self._handle(event)
+        self._settle()
+        actions, self._actions = self._actions, []
+        return actions
+
+    def wake(self) -> float | None:
+        """When a `Ticked` is next needed (monotonic)."""
+        times = [self.lines.wake(), self._writes.wake(), self.polling.next_check()]
+        return min((time for time in times if time is not None), default=None)
+
+    # -- events
+
+    def _handle(self, event: Event) -> None:
+        match event:
+            case Received(line, data):
+                self.lines.received(line, data, self._now.mono)
+            case Ticked():
+                self.lines.tick(self._now.mono)
+                self._writes.tick(self._now)
+                self.polling.check_ages(self._now)
+            case PortOpened(line):
+                self.lines.port_opened(line, self._now.mono)
+                self._health.line_up(line)
+            case PortLost(line, reason):
+                self.lines.port_lost(line, reason, self._now.mono)
+                self._health.line_down(line, reason)
+                self._watchkeeper.line_down(line, reason, self._now)
+            case Asked(session, request):
+                self._asked(session, request)
+            case Recorded(number, problem):
+                self._health.journal = problem
+                self._writes.recorded(number, problem, self._now)
+            case Joined(session, name, ceiling):
+                self._joined(session, name, ceiling)
+            case Left(session):
+                self.clients.leave(session)
+                if self.polling.demands.leave(session):
+                    self._replan()
+            case Started():
+                self._health.started = self._now.wall
+                self._watchkeeper.start()
+                self._replan()
+                self.lines.start(self._now.mono)
+            case Stopping():
+                self._writes.stop()
+                self.lines.stop(self._now.mono)
+
+    def _joined(self, session: int, name: str, ceiling: Role) -> None:
+        self.clients.join(session, name, ceiling)
+        for state in self._watchkeeper.states():
+            self.clients.tell(session, state)
+
+    def _asked(self, session: int, request: ClientRequest) -> None:
+        match request:
+            case Watch(id, wants):
+                self._watch(session, id, wants)
+            case ReadTags(id, tags, max_age):
+                self._reads.start(
+                    tags, max_age, lambda samples: self.clients.tell(session, Samples(id, samples)), self._now
+                )
+            case WriteTag():
+                self._writes.write(session, request, self._now)
+            case RunCommand():
+                self._writes.command(session, request, self._now)
+            case AskHealth(id):
+                self.clients.tell(session, HealthIs(id, self._health.report(self._now)))
+            case AskTrace(id, line):
+                frames = self._health.trace(line, self._now)
+                reply = Wrong(id, f"there is no line {line}") if frames is None else TraceIs(id, frames)
+                self.clients.tell(session, reply)
+
+    def _watch(self, session: int, id: int, wants: Mapping[str, float | None]) -> None:
+        demands = self.polling.demands
+        known = {tag: period for tag, period in wants.items() if period is None or self.polling.point(tag)}
+        new = [tag for tag, period in known.items() if period is not None and tag not in demands.of(session)]
+        if demands.change(session, known):
+            self._replan()
+            self._settle()
+        periods = {tag: self.polling.period(tag) for tag in demands.of(session) if tag in known}
+        self.clients.tell(session, Promised(id, {tag: p for tag, p in periods.items() if p is not None}))
+        self.clients.batch(session, [self.polling.first_sample(tag, self._now) for tag in new])
+
+    # -- what lines did
+
+    def _settle(self) -> None:
+        """Deal with what the lines did, and with what that made them do, until nothing is left."""
+        while (did := self.lines.next_action()) is not None:
+            self._line_did(*did)
+
+    def _line_did(self, line: str, action: line_does.Action) -> None:
+        now = self._now
+        match action:
+            case line_does.Transmit(data):
+                self._actions.append(Transmit(line, data))
+            case line_does.OpenPort():
+                self._actions.append(Open(line))
+            case line_does.ClosePort():
+                self._actions.append(Close(line))
+            case line_does.BlockRead(unit=unit):
+                self._observed(self.lines.drive(line, unit), action)
+            case line_does.BlockFailed(unit=unit):
+                self.polling.failed(self.lines.drive(line, unit), action, now)
+            case line_does.JobSent(id, at):
+                self._writes.job_sent(id, at)
+            case line_does.JobDone(id, result, at):
+                self._job_done(line, id, result, at)
+            case line_does.UnitUp(unit):
+                self._watchkeeper.drive_up(self.lines.drive(line, unit), now)
+            case line_does.UnitDown(unit, _, reason):
+                self._watchkeeper.drive_down(self.lines.drive(line, unit), reason, now)
+            case line_does.PlanChanged():
+                self._watchkeeper.plan_changed(line, self.lines.plan(line))
+
+    def _job_done(self, line: str, job: int, result: line_does.Result, at: float) -> None:
+        request = self.lines.done(job)
+        if isinstance(request, line_does.Read) and isinstance(result, line_does.Answered):
+            block = line_does.BlockRead(request.unit, request.address, result.words, at)
+            self._observed(self.lines.drive(line, request.unit), block)
+        if self._writes.owns(job):
+            self._writes.job_done(job, result, at, self._now)
+        else:
+            self._reads.job_done(job, result, at, self._now)
+
+    def _observed(self, drive: Drive, block: line_does.BlockRead) -> None:
+        self.polling.read(drive, block, self._now)
+        self._writes.observe(drive.name, self._now)
+
+    # -- services to the parts
+
+    def _replan(self) -> None:
+        """Tell every line what is wanted now."""
+        for line in self.lines.names:
+            self.lines.demand(line, self.polling.wants(line), self._now.mono)
+
+    def _record(self, entry: dict[str, Any]) -> int:
+        """Append to the journal; the number that `Recorded` will name."""
+        self._last_record += 1
+        self._actions.append(Record(self._last_record, {"time": self._now.wall, **entry}))
+        return self._last_record
+
+    def _tell(self, session: int, message: Response) -> None:
+        self._actions.append(Tell(session, message))
+
+    def _publish(self, samples: list[Sample]) -> None:
+        self._watchkeeper.look(samples, self._now)
+        self.clients.publish(samples)
+
+    def _read(self, line: str, request: line_does.Read, priority: line_does.Priority, deadline: float) -> int:
+        return self.lines.ask(line, request, priority, deadline, self._now.mono)
+
+    def _admits(self, job: int) -> bool:
+        return self._writes.admits(job)

@@ -1,0 +1,187 @@
+"""A drive at run time: what its registers mean, its limits, and the core's picture of its words. Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from fractions import Fraction
+
+from gateway.line.interface import UnitFacts
+from gateway.mapping.profile import Encoding, Point, Table, Word
+from gateway.mapping.site import DriveConfig
+from gateway.modbus.encoding import Decoded, decode, insert, to_words
+from gateway.tag import tag_of
+
+FUNCTION_LOOP_BACK = 0x08
+
+
+class Drive:
+    """One drive of the site.
+
+    ``image`` holds the words that were last commanded, by address. A word that is absent, or in
+    ``doubtful`` (sent, and not answered yet), has to be read before a field of it is written.
+    """
+
+    def __init__(self, config: DriveConfig) -> None:
+        self.config = config
+        self.name = config.name
+        self.line = config.line
+        self.unit = config.unit
+        self.profile = config.profile
+        self.image: dict[int, int] = {}
+        self.doubtful: set[int] = set()
+        self.facts = unit_facts(config)
+        self._blocks: dict[tuple[int, int], tuple[Point, ...]] = {}
+
+    def tag(self, point: str) -> str:
+        """The tag of a point of this drive."""
+        return tag_of(self.name, point)
+
+    def points_in(self, address: int, count: int) -> tuple[Point, ...]:
+        """The readable points that lie wholly within these registers."""
+        key = (address, count)
+        if key not in self._blocks:
+            self._blocks[key] = tuple(
+                point
+                for point in self.profile.points.values()
+                if is_polled(point)
+                and address <= point.address
+                and point.address + point.words <= address + count
+            )
+        return self._blocks[key]
+
+    def decode(self, point: Point, address: int, words: tuple[int, ...]) -> Decoded:
+        """The value of a point in a block of registers that begins at ``address``."""
+        start = point.address - address
+        return decode(point.encoding, words[start : start + point.words], self.times(point.encoding))
+
+    def times(self, encoding: Encoding) -> Fraction:
+        """The factor that a setting gives to an encoding; 1 where there is none."""
+        return Fraction(1) if encoding.times is None else self.config.settings[encoding.times]
+
+    def limits(self, point: Point) -> tuple[Fraction, Fraction] | None:
+        """The range for writing in the point's unit: the profile's, narrowed by the site."""
+        ranges = []
+        if point.limits is not None:
+            ranges.append((self._bound(point.limits.low), self._bound(point.limits.high)))
+        if point.name in self.config.ranges:
+            ranges.append(self.config.ranges[point.name])
+        if not ranges:
+            return None
+        return max(low for low, _ in ranges), min(high for _, high in ranges)
+
+    def word(self, point: Point) -> Word | None:
+        """The word that a field belongs to, None for a point that has its registers to itself."""
+        return self.profile.words.get(point.address) if point.encoding.width else None
+
+    def unknown_words(self, points: Iterable[Point]) -> list[int]:
+        """Addresses of the words that must be read before these points can be written."""
+        addresses = []
+        for point in points:
+            word = self.word(point)
+            if word is None or word.address in addresses:
+                continue
+            if not word.image or word.address not in self.image or word.address in self.doubtful:
+                addresses.append(word.address)
+        return addresses
+
+    def compose(self, raws: Mapping[str, int], fresh: Mapping[int, int]) -> tuple[int, tuple[int, ...]]:
+        """Address and words of the one frame that writes these raw values.
+
+        Fields are laid over ``fresh`` (words just read), else over the image, else over zeros; bits
+        that are always the same get their value, and pulses of the past are dropped.
+        """
+        registers: dict[int, int] = {}
+        for name, raw in raws.items():
+            point = self.profile.points[name]
+            word = self.word(point)
+            if word is None:
+                registers.update(enumerate(to_words(point.encoding, raw), point.address))
+            else:
+                base = registers.get(word.address)
+                if base is None:
+                    base = rest_of(word, fresh.get(word.address, self.image.get(word.address, 0)))
+                registers[word.address] = insert(point.encoding, raw, base)
+        first = min(registers)
+        return first, tuple(registers[first + offset] for offset in range(len(registers)))
+
+    def settled(self, address: int, words: tuple[int, ...]) -> tuple[int, ...]:
+        """The words with their pulse bits back at rest: what the drive holds once the pulse is over."""
+        return tuple(
+            rest_of(self.profile.words[a], w) if a in self.profile.words else w
+            for a, w in enumerate(words, address)
+        )
+
+    def commanding(self, address: int, words: tuple[int, ...]) -> dict[int, int]:
+        """Note words that are about to be sent; returns the image as it was, for `refused`."""
+        before = dict(self.image)
+        for at, word in enumerate(self.settled(address, words), address):
+            if at in self.profile.words and self.profile.words[at].image:
+                self.image[at] = word
+                self.doubtful.add(at)
+        return before
+
+    def answered(self, address: int, count: int) -> None:
+        """The drive took the words at these addresses."""
+        self.doubtful.difference_update(range(address, address + count))
+
+    def refused(self, address: int, count: int, before: dict[int, int]) -> None:
+        """The drive does not hold the words at these addresses; the image is again what it was."""
+        for at in range(address, address + count):
+            self.image.pop(at, None)
+            self.doubtful.discard(at)
+            if at in before:
+                self.image[at] = before[at]
+
+    def forget(self) -> None:
+        """Nothing is known of the drive's words any more: it may have been restarted."""
+        self.image.clear()
+        self.doubtful.clear()
+
+    def _bound(self, bound: Fraction | str) -> Fraction:
+        return self.config.settings[bound] if isinstance(bound, str) else bound
+
+
+def rest_of(word: Word, value: int) -> int:
+    """A word's value without its pulses and with its constant bits."""
+    return value & ~word.pulse_mask & ~word.always_mask | word.always_bits
+
+
+def is_polled(point: Point) -> bool:
+    """True for a point that reads of holding registers can bring."""
+    return point.access.readable and point.table is Table.HOLDING
+
+
+def unit_facts(config: DriveConfig) -> UnitFacts:
+    """What the line has to know of a drive."""
+    profile = config.profile
+    points = [point for point in profile.points.values() if is_polled(point)]
+    return UnitFacts(
+        unit=config.unit,
+        functions=profile.modbus.functions,
+        read_max=profile.modbus.read_max,
+        write_max=profile.modbus.write_max,
+        write_one=profile.modbus.write_one,
+        readable=_merged((point.address, point.address + point.words - 1) for point in points),
+        probe=_probe(config, points),
+        bridge=profile.modbus.bridge,
+        holes=profile.modbus.holes,
+        loop_back=FUNCTION_LOOP_BACK in profile.modbus.functions,
+        reply_usual=profile.serial.reply_usual,
+        reply_max=profile.serial.reply_max,
+    )
+
+
+def _probe(config: DriveConfig, points: list[Point]) -> tuple[int, int]:
+    named = config.profile.points.get(config.profile.modbus.probe)
+    point = named or next((p for p in points if p.kind == "status"), points[0])
+    return point.address, point.words
+
+
+def _merged(spans: Iterable[tuple[int, int]]) -> tuple[tuple[int, int], ...]:
+    merged: list[tuple[int, int]] = []
+    for low, high in sorted(spans):
+        if merged and low <= merged[-1][1] + 1:
+            merged[-1] = (merged[-1][0], max(high, merged[-1][1]))
+        else:
+            merged.append((low, high))
+    return tuple(merged)

@@ -1,0 +1,137 @@
+"""What the core is told and what it wants done, as values.
+
+`gateway.core.core.Core.step(event, now)` takes one `Event` and returns the `Action`s to carry out, in
+order. Requests and responses of clients are those of `gateway.bridge.messages`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from gateway.bridge.messages import (
+    AskHealth,
+    AskTrace,
+    ReadTags,
+    Response,
+    RunCommand,
+    Watch,
+    WriteTag,
+)
+from gateway.tag import Role
+
+ClientRequest = Watch | ReadTags | WriteTag | RunCommand | AskHealth | AskTrace
+
+
+@dataclass(frozen=True, slots=True)
+class PortOpened:
+    """The port of this line is open."""
+
+    line: str
+
+
+@dataclass(frozen=True, slots=True)
+class PortLost:
+    """The port of this line could not be opened, or went away."""
+
+    line: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class Received:
+    """Bytes arrived on this line."""
+
+    line: str
+    data: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class Ticked:
+    """The time that `Core.wake` named has come."""
+
+
+@dataclass(frozen=True, slots=True)
+class Joined:
+    """A client connected. ``ceiling`` bounds the role that it may claim for its users."""
+
+    session: int
+    name: str
+    ceiling: Role
+
+
+@dataclass(frozen=True, slots=True)
+class Left:
+    """A client is gone; its demands go with it."""
+
+    session: int
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """A client asks for something."""
+
+    session: int
+    request: ClientRequest
+
+
+@dataclass(frozen=True, slots=True)
+class Recorded:
+    """The journal entry with this number is on disk, or could not be written (``problem``)."""
+
+    number: int
+    problem: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Started:
+    """Begin: open the ports."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stopping:
+    """End: nothing more is sent, everybody who waits is told."""
+
+
+Event = PortOpened | PortLost | Received | Ticked | Joined | Left | Asked | Recorded | Started | Stopping
+
+
+@dataclass(frozen=True, slots=True)
+class Open:
+    """Open the port of this line; answer `PortOpened` or `PortLost`."""
+
+    line: str
+
+
+@dataclass(frozen=True, slots=True)
+class Close:
+    """Close the port of this line."""
+
+    line: str
+
+
+@dataclass(frozen=True, slots=True)
+class Transmit:
+    """Put these bytes on this line now."""
+
+    line: str
+    data: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class Tell:
+    """Send this to a client."""
+
+    session: int
+    message: Response
+
+
+@dataclass(frozen=True, slots=True)
+class Record:
+    """Append to the journal; answer `Recorded` with this number once it is flushed to disk."""
+
+    number: int
+    entry: dict[str, Any] = field(hash=False)
+
+
+Action = Open | Close | Transmit | Tell | Record

@@ -1,0 +1,193 @@
+"""The checks that every write passes before a byte of it is made. Pure.
+
+Whatever way a write came in, it is checked here on arrival; what depends on the drive's state is
+checked again by the procedure and once more when the frame is about to go. The limits are those of
+profile and site, never the client's. Ids such as T2 refer to the hazard list in ``docs/safety.md``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from fractions import Fraction
+
+from gateway.core.drive import Drive
+from gateway.mapping.profile import Argument, Command, Constant, Encoding, Kind, Point
+from gateway.modbus.encoding import EncodingError, decode, encode, to_words
+from gateway.tag import Cause, Origin, Outcome, Role, Value, ValueType, Verdict
+
+
+class Ended(Exception):  # noqa: N818 - it ends a procedure; it is no programming error
+    """A write or command ends here, with this outcome."""
+
+    def __init__(
+        self,
+        verdict: Verdict,
+        cause: Cause,
+        reason: str,
+        code: int | None = None,
+        drive_error: str | None = None,
+    ) -> None:
+        super().__init__(reason)
+        self.outcome = Outcome(
+            verdict=verdict, cause=cause, reason=reason, code=code, drive_error=drive_error
+        )
+
+
+def refuse(cause: Cause, reason: str) -> Ended:
+    """A refusal by a rule of ours."""
+    return Ended(Verdict.REFUSED, cause, reason)
+
+
+def check_rights(needed: Role | None, origin: Origin, ceiling: Role) -> None:
+    """E1: the role must cover what is asked, and no client may claim more than its way in allows.
+
+    Raises:
+        Ended: if it does not.
+    """
+    role = origin.role if ceiling.covers(origin.role) else ceiling
+    if needed is None or not role.covers(needed):
+        raise refuse(
+            Cause.NO_RIGHTS, f"{role.value} may not do this; it takes {needed.value if needed else 'more'}"
+        )
+
+
+def check_point(drive: Drive, name: str) -> Point:
+    """T1: only a mapped, writable point may be written.
+
+    Raises:
+        Ended: if there is no such point, or it takes no single writes.
+    """
+    point = drive.profile.points.get(name)
+    if point is None:
+        raise refuse(Cause.UNKNOWN_TAG, f"{drive.name} has no point {name}")
+    if point.by_command_only:
+        names = ", ".join(
+            c.name for c in drive.profile.commands.values() if any(name in s.write for s in c.steps)
+        )
+        raise refuse(Cause.NOT_WRITABLE, f"{name} is written by commands only: {names or 'none does'}")
+    if not point.access.writable:
+        raise refuse(Cause.NOT_WRITABLE, f"{name} is read-only")
+    return point
+
+
+def check_command(drive: Drive, name: str, args: Mapping[str, Value]) -> tuple[Command, dict[str, Fraction]]:
+    """The command of that name, with its arguments checked as values of their points.
+
+    Raises:
+        Ended: if there is no such command, or an argument is missing, unknown or wrong.
+    """
+    command = drive.profile.commands.get(name)
+    if command is None:
+        names = ", ".join(drive.profile.commands)
+        raise refuse(Cause.UNKNOWN_COMMAND, f"{drive.name} has no command {name} (it has {names or 'none'})")
+    if set(args) != set(command.args):
+        wanted = ", ".join(command.args) or "no arguments"
+        raise refuse(Cause.WRONG_ARGUMENTS, f"{name} takes {wanted}; given: {', '.join(args) or 'none'}")
+    numbers = {}
+    for argument, point_name in command.args.items():
+        point = drive.profile.points[point_name]
+        number = engineering(point.encoding, argument, args[argument])
+        raw_value(drive, point, number, argument)
+        numbers[argument] = number
+    return command, numbers
+
+
+def step_values(
+    drive: Drive, write: Mapping[str, Constant | Argument], args: Mapping[str, Fraction]
+) -> dict[str, int]:
+    """Raw value of every point that a step writes.
+
+    Raises:
+        Ended: if a value does not fit its point.
+    """
+    raws = {}
+    for name, value in write.items():
+        point = drive.profile.points[name]
+        match value:
+            case Constant():
+                raws[name] = encode(point.encoding, value.value, drive.times(point.encoding))
+            case Argument():
+                number = -args[value.name] if value.negate else args[value.name]
+                raws[name] = raw_value(drive, point, number, value.name, signed=value.negate)
+    return raws
+
+
+def engineering(encoding: Encoding, name: str, value: Value) -> Fraction:
+    """T2: the exact number that a client's value stands for; bits as 0 and 1, enumerations by number.
+
+    Raises:
+        Ended: if the value is of the wrong type, not finite, or not among the names.
+    """
+    kind = encoding.value_type
+    if kind is ValueType.TEXT:
+        raise refuse(Cause.WRONG_TYPE, f"{name} is a text; texts cannot be written yet")
+    if encoding.values:
+        return Fraction(_enumerated(encoding, name, value))
+    if kind is ValueType.BOOLEAN:
+        if not isinstance(value, bool):
+            raise refuse(Cause.WRONG_TYPE, f"{name} takes true or false, not {value!r}")
+        return Fraction(int(value))
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise refuse(Cause.WRONG_TYPE, f"{name} takes a number, not {value!r}")
+    if not math.isfinite(value):
+        raise refuse(Cause.OUT_OF_RANGE, f"{name} takes a finite number, not {value}")
+    if kind is ValueType.INTEGER and value != int(value):
+        raise refuse(Cause.WRONG_TYPE, f"{name} takes a whole number, not {value}")
+    return Fraction(str(value))
+
+
+def _enumerated(encoding: Encoding, name: str, value: Value) -> int:
+    """An enumeration's raw number, given by name or by number."""
+    for raw, text in encoding.values.items():
+        if value == text or (
+            isinstance(value, (int, float)) and not isinstance(value, bool) and value == raw
+        ):
+            return raw
+    if isinstance(value, bool) or value is None:
+        raise refuse(Cause.WRONG_TYPE, f"{name} takes a name or a number, not {value!r}")
+    names = ", ".join(encoding.values.values())
+    raise refuse(Cause.OUT_OF_RANGE, f"{name} has no value {value!r} (it has {names})")
+
+
+def raw_value(drive: Drive, point: Point, number: Fraction, name: str, signed: bool = False) -> int:
+    """T2: the raw value of a number, after the range was checked in the unit and again in raw counts.
+
+    ``signed``: the caller has turned the sign, so the limits hold for the magnitude.
+
+    Raises:
+        Ended: if it is out of range, does not fit the register, or does harm.
+    """
+    unit = point.encoding.symbol or ""
+    limits = drive.limits(point)
+    if limits is not None:
+        _check_range(name, -number if signed else number, limits, unit)
+    times = drive.times(point.encoding)
+    try:
+        raw = encode(point.encoding, number, times)
+    except EncodingError as error:
+        raise refuse(Cause.OUT_OF_RANGE, f"{name}: {error}") from error
+    if limits is not None and not point.encoding.values:
+        rounded = decode(point.encoding, _whole(point, raw), times).value
+        if isinstance(rounded, (int, float)) and not isinstance(rounded, bool):
+            back = Fraction(str(rounded))
+            _check_range(f"{name} after rounding", -back if signed else back, limits, unit)
+    if raw in point.danger:
+        raise refuse(Cause.DANGER, f"{name}: {point.danger[raw]}; this cannot be written from here")
+    return raw
+
+
+def _whole(point: Point, raw: int) -> tuple[int, ...]:
+    return (raw << point.encoding.bit,) if point.encoding.width else to_words(point.encoding, raw)
+
+
+def _check_range(name: str, number: Fraction, limits: tuple[Fraction, Fraction], unit: str) -> None:
+    low, high = limits
+    if not low <= number <= high:
+        span = f"{float(low):g}..{float(high):g} {unit}".rstrip()
+        raise refuse(Cause.OUT_OF_RANGE, f"{name} = {float(number):g} is outside {span}")
+
+
+def is_setpoint(point: Point) -> bool:
+    """True for points whose newest write takes the place of older ones that still wait."""
+    return point.kind is Kind.SETPOINT

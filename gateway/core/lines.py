@@ -1,0 +1,122 @@
+"""The core's lines, by name, and the jobs it gave them. Pure."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Sequence
+
+from gateway.core.drive import Drive
+from gateway.line.interface import Action, Job, LineSettings, Plan, Priority, Read, Want, Write
+from gateway.line.line import Line
+from gateway.mapping.site import LineConfig, Site
+
+
+class Lines:
+    """All lines of a site. What they do is collected, in order, for `next_action`."""
+
+    def __init__(self, site: Site, drives: Sequence[Drive], admits: Callable[[int], bool]) -> None:
+        self._drives = {(drive.line, drive.unit): drive for drive in drives}
+        self._lines = {
+            config.name: Line(
+                settings_of(config), [drive.facts for drive in drives if drive.line == config.name], admits
+            )
+            for config in site.lines
+        }
+        self._did: deque[tuple[str, Action]] = deque()
+        self._jobs: dict[int, tuple[str, Read | Write]] = {}
+        self._last_job = 0
+
+    @property
+    def names(self) -> list[str]:
+        """The names of the lines."""
+        return list(self._lines)
+
+    def get(self, line: str) -> Line | None:
+        """The line of that name."""
+        return self._lines.get(line)
+
+    def drive(self, line: str, unit: int) -> Drive:
+        """The drive at a unit address."""
+        return self._drives[line, unit]
+
+    def plan(self, line: str) -> Plan:
+        """The present plan of a line."""
+        return self._lines[line].plan
+
+    def up(self, drive: Drive) -> bool | None:
+        """Whether a drive answers; None while nobody knows."""
+        return self._lines[drive.line].up(drive.unit)
+
+    def wake(self) -> float | None:
+        """When `tick` is next needed (monotonic)."""
+        return min((time for line in self._lines.values() if (time := line.wake()) is not None), default=None)
+
+    def next_action(self) -> tuple[str, Action] | None:
+        """Remove and return the oldest thing that a line did, with the line's name."""
+        return self._did.popleft() if self._did else None
+
+    def start(self, now: float) -> None:
+        """Begin on all lines."""
+        for name, line in self._lines.items():
+            self._take(name, line.start(now))
+
+    def stop(self, now: float) -> None:
+        """End on all lines."""
+        for name, line in self._lines.items():
+            self._take(name, line.stop(now))
+
+    def tick(self, now: float) -> None:
+        """Let every line look at the time."""
+        for name, line in self._lines.items():
+            self._take(name, line.tick(now))
+
+    def port_opened(self, line: str, now: float) -> None:
+        """The port of a line is open."""
+        self._take(line, self._lines[line].port_opened(now))
+
+    def port_lost(self, line: str, reason: str, now: float) -> None:
+        """The port of a line is gone."""
+        self._take(line, self._lines[line].port_lost(reason, now))
+
+    def received(self, line: str, data: bytes, now: float) -> None:
+        """Bytes arrived on a line."""
+        self._take(line, self._lines[line].received(data, now))
+
+    def demand(self, line: str, wants: list[Want], now: float) -> None:
+        """Tell a line what is wanted of it."""
+        self._take(line, self._lines[line].demand(wants, now))
+
+    def ask(
+        self, line: str, request: Read | Write, priority: Priority, deadline: float | None, now: float
+    ) -> int:
+        """Give a line a job; the job's number."""
+        self._last_job += 1
+        self._jobs[self._last_job] = (line, request)
+        self._take(line, self._lines[line].ask(Job(self._last_job, request, priority, deadline), now))
+        return self._last_job
+
+    def withdraw(self, job: int, now: float) -> bool:
+        """Take a waiting job back; False when it is on the wire or done."""
+        if job not in self._jobs or not self._lines[self._jobs[job][0]].withdraw(job, now):
+            return False
+        del self._jobs[job]
+        return True
+
+    def done(self, job: int) -> Read | Write:
+        """Forget a job that is done; its request."""
+        return self._jobs.pop(job)[1]
+
+    def _take(self, name: str, actions: list[Action]) -> None:
+        self._did.extend((name, action) for action in actions)
+
+
+def settings_of(config: LineConfig) -> LineSettings:
+    """How to speak on a line: the longest silence that any of its drives needs counts for all."""
+    return LineSettings(
+        name=config.name,
+        framing=config.framing,
+        baud=config.baud,
+        format=config.format,
+        gap=max((drive.profile.serial.gap for drive in config.drives), default=0.0),
+        echo=config.rs485.echo,
+    )

@@ -1,0 +1,105 @@
+"""How a write or command is carried out: a generator that yields what it needs next. Pure.
+
+A `Procedure` yields `Effect`s and gets their results; it returns the final outcome or raises
+`gateway.core.guard.Ended`. `gateway.core.runner` serves it. Nothing here knows of clients or lines.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from dataclasses import dataclass, field
+from typing import Any
+
+from gateway.core.drive import Drive
+from gateway.line.interface import Priority, Read, Result, Write
+from gateway.mapping.profile import Condition
+from gateway.tag import Instant, Origin, Outcome
+
+
+@dataclass(frozen=True, slots=True)
+class Ask:
+    """One write or command under way. ``deadline`` (monotonic) is the latest first byte on the wire;
+    None: a stop never grows too old. ``setpoint`` is the tag that a newer write may supersede."""
+
+    number: int
+    drive: Drive
+    what: str
+    origin: Origin
+    asked: Instant
+    deadline: float | None
+    urgent: bool = False
+    setpoint: str | None = None
+    wanted: Any = field(default=None, hash=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Lane:
+    """Wait until nobody else is writing to this drive; answered with the time (monotonic)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Leave:
+    """Let the next one write to this drive."""
+
+
+@dataclass(frozen=True, slots=True)
+class Exchange:
+    """One transaction; answered by `Finished`. ``condition`` is looked at once more just before a
+    write goes out: what it contradicts is not sent."""
+
+    request: Read | Write
+    priority: Priority
+    deadline: float | None
+    condition: Condition = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Finished:
+    """What became of a transaction, and when (monotonic)."""
+
+    result: Result
+    at: float
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """Write this into the journal; answered with the problem in words once it is on disk ("": none).
+    Without ``wait`` the answer comes at once."""
+
+    entry: dict[str, Any] = field(hash=False)
+    wait: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Pause:
+    """Let this many seconds pass."""
+
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class Prove:
+    """Watch the drive until the condition holds in values read after ``since``, at the latest until
+    ``until`` (monotonic both); answered with True or False."""
+
+    condition: Condition
+    since: float
+    until: float
+
+
+Effect = Lane | Leave | Exchange | Note | Pause | Prove
+Procedure = Generator[Effect, Any, Outcome]
+
+
+def exchange(
+    request: Read | Write, priority: Priority, deadline: float | None, condition: Condition = ()
+) -> Generator[Effect, Any, Finished]:
+    """Carry out one transaction."""
+    finished: Finished = yield Exchange(request, priority, deadline, condition)
+    return finished
+
+
+def note(entry: dict[str, Any], wait: bool) -> Generator[Effect, Any, str]:
+    """Write into the journal; the problem in words, or nothing."""
+    problem: str = yield Note(entry, wait)
+    return problem

@@ -1,0 +1,106 @@
+"""Reads on request: values that are wanted once, and fresh. Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+
+from gateway.core.drive import Drive
+from gateway.core.polling import Polling
+from gateway.line.interface import Answered, Priority, Read, Refused, Result, Unsent
+from gateway.mapping.profile import Point
+from gateway.tag import Instant, Quality, Sample
+
+READ_SECONDS = 5.0
+"""Time that a read on request may wait for the line."""
+
+AskLine = Callable[[str, Read, Priority, float], int]
+Reply = Callable[[tuple[Sample, ...]], None]
+
+
+@dataclass(slots=True)
+class Pending:
+    """A request whose values are on their way; ``bad`` holds the samples of tags that failed."""
+
+    tags: tuple[str, ...]
+    reply: Reply
+    jobs: set[int] = field(default_factory=set)
+    bad: dict[str, Sample] = field(default_factory=dict)
+
+
+class Reads:
+    """All reads on request that are under way."""
+
+    def __init__(self, polling: Polling, ask_line: AskLine) -> None:
+        self._polling = polling
+        self._ask_line = ask_line
+        self._pending: list[Pending] = []
+        self._jobs: dict[int, tuple[Pending, tuple[str, ...]]] = {}
+
+    def start(self, tags: Sequence[str], max_age: float, reply: Reply, now: Instant) -> None:
+        """Answer with a sample per tag: from the store where it is young enough, else from the drive."""
+        pending = Pending(tuple(tags), reply)
+        wanted: dict[str, tuple[Drive, list[Point]]] = {}
+        for tag in dict.fromkeys(tags):
+            found = self._polling.point(tag)
+            if found is None:
+                reason = "no such tag, or it cannot be read"
+                pending.bad[tag] = Sample(tag, None, Quality.CONFIGURATION, now.wall, 0.0, None, reason)
+            elif not self._young(tag, max_age, now):
+                wanted.setdefault(found[0].name, (found[0], []))[1].append(found[1])
+        for drive, points in wanted.values():
+            self._ask(pending, drive, points, now)
+        self._answer_if_complete(pending, now)
+
+    def job_done(self, job: int, result: Result, at: float, now: Instant) -> None:
+        """What became of a read; the values of an answered one are in the store already."""
+        pending, tags = self._jobs.pop(job)
+        if not isinstance(result, Answered):
+            quality, reason = _quality(result)
+            for tag in tags:
+                pending.bad[tag] = Sample(tag, None, quality, now.wall, 0.0, None, reason)
+        pending.jobs.discard(job)
+        self._answer_if_complete(pending, now)
+
+    def _young(self, tag: str, max_age: float, now: Instant) -> bool:
+        held = self._polling.store.get(tag)
+        return held is not None and held.sample.quality is Quality.GOOD and now.mono - held.at <= max_age
+
+    def _ask(self, pending: Pending, drive: Drive, points: list[Point], now: Instant) -> None:
+        for address, count in spans(points, drive.facts.read_max):
+            request = Read(drive.unit, address, count)
+            job = self._ask_line(drive.line, request, Priority.READ, now.mono + READ_SECONDS)
+            inside = tuple(drive.tag(p.name) for p in points if address <= p.address < address + count)
+            self._jobs[job] = (pending, inside)
+            pending.jobs.add(job)
+
+    def _answer_if_complete(self, pending: Pending, now: Instant) -> None:
+        if not pending.jobs:
+            store = self._polling.store
+            pending.reply(tuple(pending.bad.get(tag) or store.sample(tag, now.wall) for tag in pending.tags))
+
+
+def spans(points: Iterable[Point], longest: int) -> list[tuple[int, int]]:
+    """Address and count of the reads that bring these points: touching registers together, no gaps."""
+    found: list[tuple[int, int]] = []
+    for point in sorted(points, key=lambda point: (point.address, point.words)):
+        end = point.address + point.words
+        if found:
+            address, count = found[-1]
+            if point.address <= address + count and end - address <= longest:
+                found[-1] = (address, max(count, end - address))
+                continue
+        found.append((point.address, point.words))
+    return found
+
+
+def _quality(result: Result) -> tuple[Quality, str]:
+    match result:
+        case Refused(code):
+            return Quality.REFUSED, f"the drive answers {code:02X}H"
+        case Unsent("line_down"):
+            return Quality.LINE_DOWN, "the line is down"
+        case Unsent():
+            return Quality.NO_COMMUNICATION, "the line had no time for it"
+        case _:
+            return Quality.NO_COMMUNICATION, "the drive does not answer"

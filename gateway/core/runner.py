@@ -1,0 +1,220 @@
+"""Serves the procedures that are under way. Pure.
+
+One procedure at a time writes to a drive (its *lane*); the others wait their turn. A newer write to the
+same setpoint takes the place of a waiting one, and a stop that of everything but other stops.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from gateway.core.conditions import contradicted, proved
+from gateway.core.guard import Ended
+from gateway.core.procedure import Ask, Effect, Exchange, Finished, Lane, Leave, Note, Pause, Procedure, Prove
+from gateway.core.store import Store
+from gateway.line.interface import Priority, Read, Result, Write
+from gateway.mapping.profile import Condition
+from gateway.tag import Cause, Outcome, Verdict
+
+PROOF_PERIOD = 0.1
+"""Seconds between the reads of the points that a proof watches."""
+
+
+class Services(Protocol):
+    """What procedures need from the rest of the core."""
+
+    def ask_line(self, line: str, request: Read | Write, priority: Priority, deadline: float | None) -> int:
+        """Give a job to a line; the job's number. Its end is told by `Runner.job_done`."""
+
+    def withdraw(self, job: int) -> bool:
+        """Take a waiting job back; False when it is on the wire or done."""
+
+    def record(self, entry: dict[str, Any], wait: bool) -> int:
+        """Append to the journal; the number of the entry."""
+
+    def watch_for(self, name: str, tags: dict[str, float | None]) -> None:
+        """Change the demands of one of the core's own watchers."""
+
+    def finish(self, ask: Ask, outcome: Outcome, sent: float | None) -> None:
+        """Tell the final outcome to whoever asked; ``sent`` is when the first frame left (monotonic)."""
+
+
+@dataclass(slots=True)
+class Running:
+    """A procedure under way and what it waits for."""
+
+    ask: Ask
+    procedure: Procedure
+    effect: Effect | None = None
+    job: int | None = None
+    note: int | None = None
+    wake: float | None = None
+    sent: float | None = None
+    """When the first frame that could change the drive left (monotonic)."""
+
+
+class Runner:
+    """All procedures of the core."""
+
+    def __init__(self, services: Services, store: Store) -> None:
+        self._services = services
+        self._store = store
+        self._running: dict[int, Running] = {}
+        self._jobs: dict[int, int] = {}
+        self._notes: dict[int, int] = {}
+        self._lanes: dict[str, deque[int]] = {}
+
+    def start(self, ask: Ask, procedure: Procedure, now: float) -> None:
+        """Begin a procedure; an urgent one first puts an end to what others have under way."""
+        if ask.urgent:
+            self._abandon(ask, lambda other: not other.ask.urgent, "a stop")
+        if ask.setpoint is not None:
+            self._abandon(
+                ask, lambda other: other.ask.setpoint == ask.setpoint and other.sent is None, "a newer value"
+            )
+        self._running[ask.number] = Running(ask, procedure)
+        self._advance(self._running[ask.number], None, now)
+
+    def job_sent(self, job: int, at: float) -> None:
+        """The request of a job leaves at ``at``."""
+        running = self._running.get(self._jobs.get(job, -1))
+        if running is not None and running.sent is None and isinstance(running.effect, Exchange):
+            running.sent = at if isinstance(running.effect.request, Write) else None
+
+    def job_done(self, job: int, result: Result, at: float, now: float) -> None:
+        """What became of a job."""
+        running = self._running.get(self._jobs.pop(job, -1))
+        if running is not None and running.job == job:
+            running.job = None
+            self._advance(running, Finished(result, at), now)
+
+    def recorded(self, note: int, problem: str, now: float) -> None:
+        """A journal entry is on disk, or could not be written."""
+        running = self._running.get(self._notes.pop(note, -1))
+        if running is not None and running.note == note:
+            running.note = None
+            self._advance(running, problem, now)
+
+    def admits(self, job: int) -> bool:
+        """False when what a write needs no longer holds; asked just before its frame goes out."""
+        running = self._running.get(self._jobs.get(job, -1))
+        if running is None or not isinstance(running.effect, Exchange):
+            return False
+        return contradicted(running.ask.drive, self._store, running.effect.condition) is None
+
+    def observe(self, drive: str, now: float) -> None:
+        """New samples of a drive are in the store: look whether a proof is complete."""
+        for running in list(self._running.values()):
+            effect = running.effect
+            if isinstance(effect, Prove) and running.ask.drive.name == drive:
+                if proved(running.ask.drive, self._store, effect.condition, effect.since):
+                    self._advance(running, True, now)
+
+    def tick(self, now: float) -> None:
+        """Wake the procedures whose time has come."""
+        for running in list(self._running.values()):
+            if running.wake is not None and running.wake <= now:
+                self._advance(running, now if isinstance(running.effect, Pause) else False, now)
+
+    def wake(self) -> float | None:
+        """When `tick` is next needed."""
+        return min((r.wake for r in self._running.values() if r.wake is not None), default=None)
+
+    def end_all(self, cause: Cause, reason: str) -> None:
+        """End everything; what was sent is unknown, what was not is refused."""
+        for running in list(self._running.values()):
+            verdict = Verdict.REFUSED if running.sent is None else Verdict.UNKNOWN
+            self._end(running, Outcome(verdict=verdict, cause=cause, reason=reason), now=0.0)
+
+    def _advance(self, running: Running, answer: Any, now: float) -> None:
+        """Give the procedure its answer and serve what it yields next, until it has to wait."""
+        self._leave_proof(running)
+        running.effect = running.wake = None
+        while True:
+            try:
+                running.effect = running.procedure.send(answer)
+                waits, answer = self._serve(running, running.effect, now)
+            except StopIteration as stop:
+                return self._end(running, stop.value, now)
+            except Ended as ended:
+                return self._end(running, ended.outcome, now)
+            if waits:
+                return None
+
+    def _serve(self, running: Running, effect: Effect, now: float) -> tuple[bool, Any]:
+        """Begin an effect: whether the procedure has to wait for it, and its answer if not."""
+        match effect:
+            case Lane():
+                lane = self._lanes.setdefault(running.ask.drive.name, deque())
+                lane.append(running.ask.number)
+                return lane[0] != running.ask.number, now
+            case Leave():
+                self._leave(running, now)
+                return False, None
+            case Exchange():
+                self._exchange(running, effect)
+            case Note():
+                running.note = self._services.record(effect.entry, effect.wait)
+                self._notes[running.note] = running.ask.number
+                return effect.wait, ""
+            case Pause():
+                running.wake = now + effect.seconds
+            case Prove():
+                running.wake = effect.until
+                self._services.watch_for(
+                    _name(running), dict.fromkeys(_tags(running, effect.condition), PROOF_PERIOD)
+                )
+        return True, None
+
+    def _exchange(self, running: Running, effect: Exchange) -> None:
+        line = running.ask.drive.line
+        running.job = self._services.ask_line(line, effect.request, effect.priority, effect.deadline)
+        self._jobs[running.job] = running.ask.number
+
+    def _leave(self, running: Running, now: float) -> None:
+        """Take a procedure out of its lane and let the next one in."""
+        lane = self._lanes.get(running.ask.drive.name)
+        if not lane or running.ask.number not in lane:
+            return
+        first = lane[0] == running.ask.number
+        lane.remove(running.ask.number)
+        if first and lane:
+            self._advance(self._running[lane[0]], now, now)
+
+    def _leave_proof(self, running: Running) -> None:
+        if isinstance(running.effect, Prove):
+            tags = _tags(running, running.effect.condition)
+            self._services.watch_for(_name(running), dict.fromkeys(tags))
+
+    def _abandon(self, by: Ask, which: Callable[[Running], bool], what: str) -> None:
+        """End other procedures on the same drive, as superseded."""
+        for running in list(self._running.values()):
+            if running.ask.drive is by.drive and running.ask.number in self._running and which(running):
+                late = "" if running.sent is None else " after it was sent and before it was proved"
+                reason = f"{what} took its place{late}"
+                outcome = Outcome(verdict=Verdict.SUPERSEDED, cause=Cause.SUPERSEDED, reason=reason)
+                self._withdraw(running)
+                self._end(running, outcome, by.asked.mono)
+
+    def _withdraw(self, running: Running) -> None:
+        if running.job is not None and self._services.withdraw(running.job):
+            self._jobs.pop(running.job, None)
+
+    def _end(self, running: Running, outcome: Outcome, now: float) -> None:
+        self._leave_proof(running)
+        running.effect = None
+        del self._running[running.ask.number]
+        running.procedure.close()
+        self._services.finish(running.ask, outcome, running.sent)
+        self._leave(running, now)
+
+
+def _tags(running: Running, condition: Condition) -> list[str]:
+    return [running.ask.drive.tag(term.name) for term in condition if not term.setting]
+
+
+def _name(running: Running) -> str:
+    return f"proof {running.ask.number}"

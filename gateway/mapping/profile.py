@@ -357,3 +357,5 @@ class Profile:
     commands: Mapping[str, Command]
     groups: Mapping[str, str]
     """Group name to its one-sentence help."""
+    facts: Mapping[str, Provenance] = field(default_factory=lambda: MappingProxyType({}))
+    """Where the plain facts of the sections come from, by key: ``serial.reply``."""

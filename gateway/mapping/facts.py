@@ -1,0 +1,202 @@
+"""From the sections of plain facts to theirs in the resolved profile."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from types import MappingProxyType
+from typing import Any
+
+from gateway.mapping import forms
+from gateway.mapping.encodings import Encodings
+from gateway.mapping.finding import Report
+from gateway.mapping.forms import FormError
+from gateway.mapping.inherit import Level, Sources
+from gateway.mapping.model import ErrorCode, Errors, Fact, Modbus, RawProfile, Serial, Sourced
+from gateway.mapping.model import Setting as RawSetting
+from gateway.mapping.node import Path
+from gateway.mapping.notation import Notations
+from gateway.mapping.profile import (
+    CommLoss,
+    ErrorMeaning,
+    ModbusFacts,
+    Provenance,
+    SerialFacts,
+    SerialFormat,
+    Setting,
+)
+from gateway.mapping.shape import nearest
+from gateway.mapping.values import in_words, single_value
+
+KNOWN_FUNCTIONS = (0x03, 0x04, 0x06, 0x08, 0x10)
+"""Function codes that this version can send."""
+WRITE_ONE, WRITE_MANY, LOOP_BACK, READ_HOLDING, READ_INPUT = 0x06, 0x10, 0x08, 0x03, 0x04
+REASONS = ("illegal_function", "illegal_address", "illegal_count", "illegal_value", "locked", "undervoltage",
+           "busy", "drive_failure")  # fmt: skip
+"""What an exception code can mean; each has its OPC UA status."""
+STANDARD_ERRORS = {1: "illegal_function", 2: "illegal_address", 3: "illegal_value", 4: "drive_failure"}
+_LONGEST = {"read_max": 125, "write_max": 123}
+_UNITS = (1, 247)
+
+
+def serial_facts(raw: Serial, report: Report) -> SerialFacts:
+    """What the drive's serial interface can do."""
+    if raw.rtu is None and raw.ascii is None:
+        report.error(("serial",), "neither `rtu` nor `ascii` is there", "list the formats that the drive speaks",
+                     key=True)  # fmt: skip
+    units = raw.units.value if raw.units else _UNITS
+    if not 1 <= units[0] <= units[1] <= _UNITS[1]:
+        report.error(("serial", "units"), "unit addresses go from 1 to 247", "correct the range")
+    usual, longest = raw.reply.value if raw.reply else (0.01, 1.0)
+    loss = raw.comm_loss
+    return SerialFacts(
+        baud=tuple(raw.baud.value),
+        rtu=_formats(raw.rtu),
+        ascii=_formats(raw.ascii),
+        units=units,
+        gap=raw.gap.value if raw.gap else 0.0,
+        reply_usual=usual,
+        reply_max=longest,
+        comm_loss=CommLoss(loss.after, loss.action) if loss else CommLoss(),
+    )
+
+
+def _formats(fact: Fact[list[SerialFormat]] | None) -> tuple[SerialFormat, ...]:
+    return tuple(fact.value) if fact else ()
+
+
+def modbus_facts(raw: Modbus, notations: Notations, report: Report) -> ModbusFacts:
+    """Which requests the drive takes. The probe is chosen later, when the points are known."""
+    functions = tuple(raw.functions.value) if raw.functions else ModbusFacts().functions
+    for index, code in enumerate(functions):
+        if code not in KNOWN_FUNCTIONS:
+            report.error(("modbus", "functions", index), f"function {code:02X}H is not supported by this version",
+                         "leave it out")  # fmt: skip
+    write_one = raw.write_one.value if raw.write_one else WRITE_ONE if WRITE_ONE in functions else WRITE_MANY
+    if raw.write_one and (write_one not in functions or write_one not in (WRITE_ONE, WRITE_MANY)):
+        report.error(("modbus", "write_one"), f"function {write_one:02X}H cannot write one register here",
+                     "use 06H or 10H, and list it in `functions`")  # fmt: skip
+    return ModbusFacts(
+        functions=functions,
+        write_one=write_one,
+        read_max=_at_most("read_max", raw.read_max, report),
+        write_max=_at_most("write_max", raw.write_max, report),
+        bridge=raw.bridge.value if raw.bridge else False,
+        holes=tuple(_holes(raw, notations, report)),
+    )
+
+
+def _at_most(key: str, fact: Fact[int] | None, report: Report) -> int:
+    limit = _LONGEST[key]
+    value = fact.value if fact else limit
+    if value > limit:
+        report.error(("modbus", key), f"Modbus allows at most {limit} registers", f"write {limit} or less")
+    return value
+
+
+def _holes(raw: Modbus, notations: Notations, report: Report) -> list[tuple[int, int]]:
+    holes = []
+    for index, text in enumerate(raw.holes.value if raw.holes else []):
+        try:
+            low, _, high = text.partition("..")
+            first = notations.find(low.strip()).address
+            holes.append((first, notations.find(high.strip()).address if high else first))
+        except FormError as error:
+            report.error(("modbus", "holes", index), error.message, error.remedy)
+    return holes
+
+
+def facts_with_provenance(raw: RawProfile, sources: Sources) -> Mapping[str, Provenance]:
+    """Provenance of every plain fact that the file states, as ``serial.reply``."""
+    found = {}
+    for name in ("serial", "modbus"):
+        section: Sourced = getattr(raw, name)
+        for key in section.model_fields_set - {"source", "doubt"}:
+            fact: Any = getattr(section, key)
+            if isinstance(fact, Sourced):
+                levels: list[Level] = [((name,), section), ((name, key), fact)]
+                found[f"{name}.{key}"] = sources.of(levels)
+    return MappingProxyType(found)
+
+
+def error_meanings(raw: Errors | None, sources: Sources, report: Report) -> dict[int, ErrorMeaning]:
+    """Exception code to its meaning; the standard's own where the profile has no table."""
+    if raw is None:
+        return {code: ErrorMeaning(name) for code, name in STANDARD_ERRORS.items()}
+    result: dict[int, ErrorMeaning] = {}
+    for key, entry in (raw.__pydantic_extra__ or {}).items():
+        path: Path = ("errors", key)
+        code = _code(key, path, report)
+        if code is None:
+            continue
+        if code in result:
+            report.error(path, f"the code {code:02X}H stands here twice", "keep one of them", key=True)
+        result[code] = _meaning(entry, [(("errors",), raw), (path, entry)], sources, report)
+    return result
+
+
+def _code(text: str, path: Path, report: Report) -> int | None:
+    try:
+        code = forms.integer(text)
+    except FormError as error:
+        report.error(path, error.message, error.remedy, key=True)
+        return None
+    if not 1 <= code <= 0xFF:
+        report.error(path, f"`{text}` is no exception code", "write 01H to FFH", key=True)
+        return None
+    return code
+
+
+def _meaning(entry: ErrorCode, levels: list[Level], sources: Sources, report: Report) -> ErrorMeaning:
+    if entry.name not in REASONS:
+        report.error(levels[-1][0], f"`{entry.name}` is not a reason for an error", nearest(entry.name, list(REASONS)))
+    return ErrorMeaning(entry.name, entry.help or "", None, sources.of(levels))
+
+
+class SettingMaker:
+    """Makes the settings of one profile."""
+
+    def __init__(self, encodings: Encodings, sources: Sources, report: Report) -> None:
+        self._encodings = encodings
+        self._sources = sources
+        self._report = report
+
+    def make(self, name: str, raw: RawSetting, levels: list[Level]) -> Setting:
+        """One setting; its default is checked like a value that a site gives."""
+        path = levels[-1][0]
+        low, high = self._range(raw, path)
+        setting = Setting(
+            name=name,
+            low=low,
+            high=high,
+            symbol=self._symbol(raw, path),
+            values=self._encodings.values(raw.values, (*path, "values")),
+            help=raw.help or "",
+            provenance=self._sources.of(levels),
+        )
+        return self._with_default(setting, raw, path)
+
+    def _range(self, raw: RawSetting, path: Path) -> tuple[Any, Any]:
+        if raw.range is None:
+            return None, None
+        if isinstance(raw.range.low, str) or isinstance(raw.range.high, str):
+            self._report.error((*path, "range"), "the range of a setting has numbers only", "write it like 0..50")
+            return None, None
+        return raw.range.low, raw.range.high
+
+    def _symbol(self, raw: RawSetting, path: Path) -> str | None:
+        if raw.unit is None:
+            return None
+        if raw.unit.scale != 1:
+            self._report.error((*path, "unit"), f"a setting counts in ones, not in {in_words(raw.unit.scale)}",
+                               f"write 1 {raw.unit.symbol}")  # fmt: skip
+        return raw.unit.symbol
+
+    def _with_default(self, setting: Setting, raw: RawSetting, path: Path) -> Setting:
+        if raw.default is None:
+            return setting
+        try:
+            return replace(setting, default=single_value(raw.default, setting))
+        except FormError as error:
+            self._report.error((*path, "default"), error.message, error.remedy)
+            return setting

@@ -1,0 +1,138 @@
+"""From the shape of a profile file to the resolved profile: defaults, inheritance, names looked up."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+from gateway.mapping import facts, forms
+from gateway.mapping.commands import CommandMaker
+from gateway.mapping.encodings import Encodings
+from gateway.mapping.facts import SettingMaker
+from gateway.mapping.finding import Report
+from gateway.mapping.forms import FormError
+from gateway.mapping.inherit import Sources
+from gateway.mapping.model import RawProfile
+from gateway.mapping.node import Path
+from gateway.mapping.notation import Notations
+from gateway.mapping.points import Layout, PointMaker
+from gateway.mapping.profile import Command, Document, Kind, Point, Profile, Setting
+from gateway.mapping.values import Conditions
+
+
+@dataclass(frozen=True, slots=True)
+class Resolved:
+    """A profile together with what its checks need to know about the file."""
+
+    profile: Profile
+    layout: Layout
+    conditions: Conditions
+
+
+def resolve(raw: RawProfile, report: Report) -> Resolved:
+    """The profile that a file means. What cannot be resolved is complained about and left out."""
+    return _Resolver(raw, report).run()
+
+
+class _Resolver:
+    """The tools for one file, and the order in which they are used."""
+
+    def __init__(self, raw: RawProfile, report: Report) -> None:
+        self.raw = raw
+        self.report = report
+        documents = {name: Document(entry.title, entry.similar) for name, entry in raw.documents.items()}
+        self.documents = MappingProxyType(documents)
+        self.sources = Sources(self.documents, report)
+        self.notations = Notations(raw.addresses, report)
+        self.encodings = Encodings(raw.values, raw.modbus, report)
+
+    def run(self) -> Resolved:
+        raw = self.raw
+        settings = self.settings()
+        layout = self.layout()
+        conditions = Conditions(layout.points, settings, self.report)
+        points = self.with_conditions(layout, conditions)
+        modbus = facts.modbus_facts(raw.modbus, self.notations, self.report)
+        modbus = replace(modbus, probe=raw.modbus.probe.value if raw.modbus.probe else default_probe(points))
+        maker = CommandMaker(points, modbus, conditions, self.sources, self.report)
+        profile = Profile(
+            name=raw.profile,
+            title=raw.title,
+            maker=raw.maker,
+            models=tuple(raw.models),
+            version=raw.version,
+            documents=self.documents,
+            serial=facts.serial_facts(raw.serial, self.report),
+            modbus=modbus,
+            settings=MappingProxyType(settings),
+            errors=MappingProxyType(facts.error_meanings(raw.errors, self.sources, self.report)),
+            points=MappingProxyType(points),
+            words=MappingProxyType(layout.words),
+            commands=MappingProxyType(self.commands(maker)),
+            groups=MappingProxyType({name: group.help or "" for name, group in raw.groups.items()}),
+            facts=facts.facts_with_provenance(raw, self.sources),
+        )
+        self.one_name_space(layout)
+        return Resolved(profile, layout, conditions)
+
+    def settings(self) -> dict[str, Setting]:
+        maker = SettingMaker(self.encodings, self.sources, self.report)
+        section = self.raw.settings
+        entries = section.__pydantic_extra__ or {}
+        return {
+            name: maker.make(name, entry, [(("settings",), section), (("settings", name), entry)])
+            for name, entry in entries.items()
+        }
+
+    def layout(self) -> Layout:
+        maker = PointMaker(self.notations, self.encodings, self.sources, self.report)
+        for name, group in self.raw.groups.items():
+            maker.add(name, group)
+        return maker.layout
+
+    def with_conditions(self, layout: Layout, conditions: Conditions) -> dict[str, Point]:
+        """The points with their preconditions, which may name any other point."""
+        points = {}
+        for name, point in layout.points.items():
+            keys = layout.keys[name]
+            found = conditions.find(keys.traits.only_when, keys.place("only_when"))
+            points[name] = replace(point, only_when=found) if point.access.writable else point
+        return points
+
+    def commands(self, maker: CommandMaker) -> dict[str, Command]:
+        section = self.raw.commands
+        entries = section.__pydantic_extra__ or {}
+        return {
+            name: maker.make(name, entry, [(("commands",), section), (("commands", name), entry)])
+            for name, entry in entries.items()
+        }
+
+    def one_name_space(self, layout: Layout) -> None:
+        """Points, settings and commands share topics and node ids: each name may stand once."""
+        first: dict[str, Path] = {}
+        settings: list[tuple[str, Path]] = [
+            (name, ("settings", name)) for name in self.raw.settings.__pydantic_extra__ or {}
+        ]
+        commands: list[tuple[str, Path]] = [
+            (name, ("commands", name)) for name in self.raw.commands.__pydantic_extra__ or {}
+        ]
+        for name, path in [*settings, *layout.names, *commands]:
+            if path[0] != "groups":
+                self._snake_case(name, path)
+            if name in first:
+                line = self.report.root.mark(first[name], key=True)[0]
+                self.report.error(path, f"the name `{name}` is taken", f"line {line} has it; use another", key=True)
+            first.setdefault(name, path)
+
+    def _snake_case(self, name: str, path: Path) -> None:
+        try:
+            forms.name(name)
+        except FormError as error:
+            self.report.error(path, error.message, error.remedy, key=True)
+
+
+def default_probe(points: dict[str, Point]) -> str:
+    """The first status point that can be read, else the first point that can."""
+    readable = [point for point in points.values() if point.access.readable]
+    status = [point for point in readable if point.kind is Kind.STATUS]
+    return (status or readable)[0].name if readable else ""

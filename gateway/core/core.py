@@ -57,6 +57,8 @@ from gateway.line import interface as line_does
 from gateway.mapping.site import Site
 from gateway.tag import Instant, Role, Sample
 
+UnitAction = line_does.BlockRead | line_does.BlockFailed | line_does.UnitUp | line_does.UnitDown
+
 
 class Core:
     """The whole gateway but its shells.
@@ -114,37 +116,42 @@ class Core:
                 self.lines.tick(self._now.mono)
                 self._writes.tick(self._now)
                 self.polling.check_ages(self._now)
-            case PortOpened(line):
-                self.lines.port_opened(line, self._now.mono)
-                self._health.line_up(line)
-            case PortLost(line, reason):
-                self.lines.port_lost(line, reason, self._now.mono)
-                self._health.line_down(line, reason)
-                self._watchkeeper.line_down(line, reason, self._now)
+            case PortOpened() | PortLost():
+                self._port(event)
             case Asked(session, request):
                 self._asked(session, request)
             case Recorded(number, problem):
                 self._health.journal = problem
                 self._writes.recorded(number, problem, self._now)
-            case Joined(session, name, ceiling):
-                self._joined(session, name, ceiling)
-            case Left(session):
-                self.clients.leave(session)
-                if self.polling.demands.leave(session):
-                    self._replan()
+            case Joined() | Left():
+                self._client(event)
             case Started():
                 self._health.started = self._now.wall
                 self._watchkeeper.start()
                 self._replan()
                 self.lines.start(self._now.mono)
             case Stopping():
-                self._writes.stop()
+                self._writes.stop(self._now)
                 self.lines.stop(self._now.mono)
 
-    def _joined(self, session: int, name: str, ceiling: Role) -> None:
-        self.clients.join(session, name, ceiling)
-        for state in self._watchkeeper.states():
-            self.clients.tell(session, state)
+    def _port(self, event: PortOpened | PortLost) -> None:
+        if isinstance(event, PortOpened):
+            self._health.line_up(event.line)
+            self.lines.port_opened(event.line, self._now.mono)
+        else:
+            self._health.line_down(event.line, event.reason)
+            self.lines.port_lost(event.line, event.reason, self._now.mono)
+            self._watchkeeper.line_down(event.line, event.reason, self._now)
+
+    def _client(self, event: Joined | Left) -> None:
+        if isinstance(event, Joined):
+            self.clients.join(event.session, event.name, event.ceiling)
+            for state in self._watchkeeper.states():
+                self.clients.tell(event.session, state)
+        else:
+            self.clients.leave(event.session)
+            if self.polling.demands.leave(event.session):
+                self._replan()
 
     def _asked(self, session: int, request: ClientRequest) -> None:
         match request:
@@ -184,7 +191,6 @@ class Core:
             self._line_did(*did)
 
     def _line_did(self, line: str, action: line_does.Action) -> None:
-        now = self._now
         match action:
             case line_does.Transmit(data):
                 self._actions.append(Transmit(line, data))
@@ -192,20 +198,25 @@ class Core:
                 self._actions.append(Open(line))
             case line_does.ClosePort():
                 self._actions.append(Close(line))
-            case line_does.BlockRead(unit=unit):
-                self._observed(self.lines.drive(line, unit), action)
-            case line_does.BlockFailed(unit=unit):
-                self.polling.failed(self.lines.drive(line, unit), action, now)
             case line_does.JobSent(id, at):
                 self._writes.job_sent(id, at)
             case line_does.JobDone(id, result, at):
                 self._job_done(line, id, result, at)
-            case line_does.UnitUp(unit):
-                self._watchkeeper.drive_up(self.lines.drive(line, unit), now)
-            case line_does.UnitDown(unit, _, reason):
-                self._watchkeeper.drive_down(self.lines.drive(line, unit), reason, now)
             case line_does.PlanChanged():
                 self._watchkeeper.plan_changed(line, self.lines.plan(line))
+            case _:
+                self._unit_did(self.lines.drive(line, action.unit), action)
+
+    def _unit_did(self, drive: Drive, action: UnitAction) -> None:
+        match action:
+            case line_does.BlockRead():
+                self._observed(drive, action)
+            case line_does.BlockFailed():
+                self.polling.failed(drive, action, self._now)
+            case line_does.UnitUp():
+                self._watchkeeper.drive_up(drive, self._now)
+            case line_does.UnitDown():
+                self._watchkeeper.drive_down(drive, action.reason, self._now)
 
     def _job_done(self, line: str, job: int, result: line_does.Result, at: float) -> None:
         request = self.lines.done(job)
@@ -241,8 +252,10 @@ class Core:
         self._watchkeeper.look(samples, self._now)
         self.clients.publish(samples)
 
-    def _read(self, line: str, request: line_does.Read, priority: line_does.Priority, deadline: float) -> int:
-        return self.lines.ask(line, request, priority, deadline, self._now.mono)
+    def _read(self, line: str, request: line_does.Read, deadline: float) -> int:
+        job = self.lines.new_job()
+        self.lines.ask(line, line_does.Job(job, request, line_does.Priority.READ, deadline), self._now.mono)
+        return job
 
     def _admits(self, job: int) -> bool:
         return self._writes.admits(job)

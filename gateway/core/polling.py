@@ -123,9 +123,9 @@ class Polling:
         """What a new watcher of a tag is told at once; a value from before anybody watched is not
         passed off as the present one."""
         held = self.store.get(tag)
-        if held is not None and held.sample.quality in (Quality.GOOD, Quality.STALE):
-            if now.mono - held.at > STALE_PERIODS * (self.period(tag) or 0.0):
-                self.store.drop(tag)
+        usable = held is not None and held.sample.quality in (Quality.GOOD, Quality.STALE)
+        if held is not None and usable and now.mono - held.at > STALE_PERIODS * (self.period(tag) or 0.0):
+            self.store.drop(tag)
         return self.store.sample(tag, now.wall)
 
     def _mark(

@@ -7,14 +7,14 @@ from dataclasses import dataclass, field
 
 from gateway.core.drive import Drive
 from gateway.core.polling import Polling
-from gateway.line.interface import Answered, Priority, Read, Refused, Result, Unsent
+from gateway.line.interface import Answered, Read, Refused, Result, Unsent
 from gateway.mapping.profile import Point
 from gateway.tag import Instant, Quality, Sample
 
 READ_SECONDS = 5.0
 """Time that a read on request may wait for the line."""
 
-AskLine = Callable[[str, Read, Priority, float], int]
+AskLine = Callable[[str, Read, float], int]
 Reply = Callable[[tuple[Sample, ...]], None]
 
 
@@ -69,7 +69,7 @@ class Reads:
     def _ask(self, pending: Pending, drive: Drive, points: list[Point], now: Instant) -> None:
         for address, count in spans(points, drive.facts.read_max):
             request = Read(drive.unit, address, count)
-            job = self._ask_line(drive.line, request, Priority.READ, now.mono + READ_SECONDS)
+            job = self._ask_line(drive.line, request, now.mono + READ_SECONDS)
             inside = tuple(drive.tag(p.name) for p in points if address <= p.address < address + count)
             self._jobs[job] = (pending, inside)
             pending.jobs.add(job)

@@ -31,7 +31,7 @@ from gateway.core.polling import Polling, wall_of
 from gateway.core.procedure import Ask, Procedure
 from gateway.core.runner import Runner
 from gateway.core.writing import run_command, write_point
-from gateway.line.interface import Priority, Read, Result, Write
+from gateway.line.interface import Job, Result
 from gateway.tag import Cause, Instant, Origin, Outcome, Role, Verdict, split_tag
 
 MAX_UNDER_WAY = 1000
@@ -133,8 +133,9 @@ class Writes:
             ask, procedure = prepare()
             self._check_room(ask)
         except Ended as ended:
-            return self._refused(request, ended.outcome, now)
-        self._runner.start(ask, procedure, now.mono)
+            self._refused(request, ended.outcome, now)
+        else:
+            self._runner.start(ask, procedure, now.mono)
 
     def _key(self, session: int, request: WriteTag | RunCommand) -> Key | None:
         client = self._clients.get(session)
@@ -216,10 +217,11 @@ class Writes:
         for session, request in waiters:
             self._clients.tell(session, Done(request, outcome))
 
-    def stop(self) -> None:
+    def stop(self, now: Instant) -> None:
         """Take nothing more and end what is under way."""
+        self._now = now
         self._stopping = True
-        self._runner.end_all(Cause.SHUTTING_DOWN, "the gateway is stopping")
+        self._runner.end_all(Cause.SHUTTING_DOWN, "the gateway is stopping", now.mono)
 
     # -- what the core passes on
 
@@ -262,11 +264,15 @@ class Writes:
 
     # -- services of the runner
 
-    def ask_line(self, line: str, request: Read | Write, priority: Priority, deadline: float | None) -> int:
-        """Give a job to a line (`Services`)."""
-        job = self._lines.ask(line, request, priority, deadline, self._now.mono)
+    def new_job(self) -> int:
+        """A number for a job of ours (`Services`)."""
+        job = self._lines.new_job()
         self._jobs.add(job)
         return job
+
+    def ask_line(self, line: str, job: Job) -> None:
+        """Give a job to a line (`Services`)."""
+        self._lines.ask(line, job, self._now.mono)
 
     def withdraw(self, job: int) -> bool:
         """Take a waiting job back (`Services`)."""

@@ -15,7 +15,7 @@ from gateway.core.conditions import contradicted, proved
 from gateway.core.guard import Ended
 from gateway.core.procedure import Ask, Effect, Exchange, Finished, Lane, Leave, Note, Pause, Procedure, Prove
 from gateway.core.store import Store
-from gateway.line.interface import Priority, Read, Result, Write
+from gateway.line.interface import Job, Result, Write
 from gateway.mapping.profile import Condition
 from gateway.tag import Cause, Outcome, Verdict
 
@@ -26,8 +26,11 @@ PROOF_PERIOD = 0.1
 class Services(Protocol):
     """What procedures need from the rest of the core."""
 
-    def ask_line(self, line: str, request: Read | Write, priority: Priority, deadline: float | None) -> int:
-        """Give a job to a line; the job's number. Its end is told by `Runner.job_done`."""
+    def new_job(self) -> int:
+        """A number for a job that is about to be asked."""
+
+    def ask_line(self, line: str, job: Job) -> None:
+        """Give a job to a line; its end is told by `Runner.job_done`."""
 
     def withdraw(self, job: int) -> bool:
         """Take a waiting job back; False when it is on the wire or done."""
@@ -109,9 +112,10 @@ class Runner:
         """New samples of a drive are in the store: look whether a proof is complete."""
         for running in list(self._running.values()):
             effect = running.effect
-            if isinstance(effect, Prove) and running.ask.drive.name == drive:
-                if proved(running.ask.drive, self._store, effect.condition, effect.since):
-                    self._advance(running, True, now)
+            if not isinstance(effect, Prove) or running.ask.drive.name != drive:
+                continue
+            if proved(running.ask.drive, self._store, effect.condition, effect.since):
+                self._advance(running, True, now)
 
     def tick(self, now: float) -> None:
         """Wake the procedures whose time has come."""
@@ -123,11 +127,11 @@ class Runner:
         """When `tick` is next needed."""
         return min((r.wake for r in self._running.values() if r.wake is not None), default=None)
 
-    def end_all(self, cause: Cause, reason: str) -> None:
+    def end_all(self, cause: Cause, reason: str, now: float) -> None:
         """End everything; what was sent is unknown, what was not is refused."""
         for running in list(self._running.values()):
             verdict = Verdict.REFUSED if running.sent is None else Verdict.UNKNOWN
-            self._end(running, Outcome(verdict=verdict, cause=cause, reason=reason), now=0.0)
+            self._end(running, Outcome(verdict=verdict, cause=cause, reason=reason), now)
 
     def _advance(self, running: Running, answer: Any, now: float) -> None:
         """Give the procedure its answer and serve what it yields next, until it has to wait."""
@@ -170,9 +174,10 @@ class Runner:
         return True, None
 
     def _exchange(self, running: Running, effect: Exchange) -> None:
-        line = running.ask.drive.line
-        running.job = self._services.ask_line(line, effect.request, effect.priority, effect.deadline)
+        running.job = self._services.new_job()
         self._jobs[running.job] = running.ask.number
+        job = Job(running.job, effect.request, effect.priority, effect.deadline)
+        self._services.ask_line(running.ask.drive.line, job)
 
     def _leave(self, running: Running, now: float) -> None:
         """Take a procedure out of its lane and let the next one in."""

@@ -328,22 +328,26 @@ def ended(drive: Drive, finished: Finished, before: str = "") -> Ended:
 def explain(drive: Drive, finished: Finished) -> str:
     """A result in words, the drive's own included."""
     match finished.result:
-        case Unsent("expired"):
-            return "its time to live ended before it could be sent"
-        case Unsent("not_admitted"):
-            return "the drive's state changed before it could be sent"
-        case Unsent():
-            return "the line is down"
+        case Unsent(why):
+            return UNSENT[why]
         case Refused(code):
-            meaning = drive.profile.errors.get(code)
-            if meaning is None:
-                return f"the drive answered error {code:02X}H, which its document does not list"
-            return f"the drive answered {code:02X}H {meaning.name}" + (
-                f": {meaning.help}" if meaning.help else ""
-            )
-        case Silent(damaged=True):
-            return "the drive's answer was damaged"
-        case Silent():
-            return "the drive did not answer"
+            return in_words(drive, code)
+        case Silent(damaged):
+            return "the drive's answer was damaged" if damaged else "the drive did not answer"
         case Answered():
             return "the drive answered"
+
+
+UNSENT = {
+    "expired": "its time to live ended before it could be sent",
+    "not_admitted": "the drive's state changed before it could be sent",
+    "line_down": "the line is down",
+}
+
+
+def in_words(drive: Drive, code: int) -> str:
+    """``the drive answered 22H locked: Sn and Cn while running``."""
+    meaning = drive.profile.errors.get(code)
+    if meaning is None:
+        return f"the drive answered error {code:02X}H, which its document does not list"
+    return f"the drive answered {code:02X}H {meaning.name}" + (f": {meaning.help}" if meaning.help else "")

@@ -1,0 +1,126 @@
+"""Commands on their way in, and their answers on the way out."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+
+from gateway.bridge.api import DriveInfo
+from gateway.northbound.mqtt import payload
+from gateway.northbound.mqtt.message import Incoming, Lane, Message
+from gateway.northbound.mqtt.once import Entry, Once
+from gateway.northbound.mqtt.order import Order, read_order
+from gateway.northbound.mqtt.outbox import Outbox
+from gateway.northbound.mqtt.request import RejectedError, lenient_id, refused
+from gateway.northbound.mqtt.runner import LIMIT, Runner
+from gateway.northbound.mqtt.topics import Topics
+from gateway.tag import Cause, Instant, Outcome
+
+RETAINED = "retained: a command is meant once, now (publish it without retain, and clear the topic)"
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class Reply:
+    """Where an answer goes and what it answers. ``repeated``: to a repetition of a command."""
+
+    topics: tuple[str, ...]
+    id: str | int | None
+    correlation: bytes | None
+    repeated: bool = False
+
+
+class Commander:
+    """Takes the commands of one broker for the drives of one catalogue.
+
+    Messages for other drives are left alone: another gateway of the same site answers those.
+    """
+
+    def __init__(
+        self,
+        topics: Topics,
+        drives: Iterable[DriveInfo],
+        runner: Runner,
+        outbox: Outbox,
+        clock: Callable[[], Instant],
+    ) -> None:
+        self._topics = topics
+        self._drives = {drive.name: drive for drive in drives}
+        self._runner = runner
+        self._outbox = outbox
+        self._clock = clock
+        self._once: Once[Reply] = Once()
+        self.closing = False
+        """Set to refuse everything but stops."""
+
+    def receive(self, incoming: Incoming) -> None:
+        """Take one message. Returns at once; the answer comes when there is one."""
+        drive, name = self._topics.command(incoming.topic) or ("", "")
+        if drive not in self._drives:
+            return
+        if incoming.retain:
+            self._refuse_retained(drive, name, incoming)
+            return
+        try:
+            order = read_order(self._drives[drive], name, incoming)
+        except RejectedError as error:
+            self._answer(self._reply(drive, name, error.id, incoming), error.outcome)
+            return
+        self._begin(order, self._reply(drive, name, order.id, incoming))
+
+    def _refuse_retained(self, drive: str, name: str, incoming: Incoming) -> None:
+        """A retained command is an old one that the broker repeats to whoever connects; told as an event
+        too, because its sender may be long gone. (An empty one only clears the topic.)"""
+        if not incoming.payload:
+            return
+        id, by = lenient_id(incoming.payload)
+        log.warning("retained command on %s refused", incoming.topic)
+        event = payload.command_refused(name, Cause.RETAINED, RETAINED, by, incoming.arrived.wall)
+        self._outbox.put(Message(self._topics.event(drive), event, Lane.ANSWER))
+        self._answer(self._reply(drive, name, id, incoming), refused(Cause.RETAINED, RETAINED))
+
+    def _begin(self, order: Order, reply: Reply) -> None:
+        if order.is_stop:
+            self._runner.stop(order, lambda outcome: self._answer(reply, outcome))
+        elif (first := self._once.find(order.key, self._clock().mono)) is not None:
+            self._repeat(first, order, replace(reply, repeated=True))
+        elif self.closing:
+            self._answer(reply, refused(Cause.SHUTTING_DOWN, "the gateway is being stopped"))
+        elif self._runner.full:
+            self._answer(reply, refused(Cause.OVERFLOW, f"{LIMIT} commands are under way already"))
+        else:
+            self._start(order, reply)
+
+    def _start(self, order: Order, reply: Reply) -> None:
+        entry = self._once.begin(order.key, order.fingerprint, self._clock().mono)
+
+        def done(outcome: Outcome) -> None:
+            entry.outcome = outcome
+            for waiting in (reply, *entry.waiting):
+                self._answer(waiting, outcome)
+
+        self._runner.start(order, done)
+
+    def _repeat(self, first: Entry[Reply], order: Order, reply: Reply) -> None:
+        """The same again: the first one's answer, now or when it is there. Anything else under the same
+        id cannot be told from a mistake."""
+        if first.content != order.fingerprint:
+            reason = "this id was used a moment ago for something else (give each command its own)"
+            self._answer(replace(reply, repeated=False), refused(Cause.DUPLICATE, reason))
+        elif first.outcome is not None:
+            self._answer(reply, first.outcome)
+        elif not first.wait(reply):
+            self._answer(reply, refused(Cause.OVERFLOW, "repeated too often before its answer was there"))
+
+    def _reply(self, drive: str, name: str, id: str | int | None, incoming: Incoming) -> Reply:
+        topics = [self._topics.ack(drive, name)]
+        if incoming.response_topic is not None and self._topics.foreign(incoming.response_topic):
+            topics.append(incoming.response_topic)
+        return Reply(tuple(topics), id, incoming.correlation)
+
+    def _answer(self, reply: Reply, outcome: Outcome) -> None:
+        answer = payload.outcome(reply.id, outcome, self._clock().wall, reply.repeated)
+        for topic in reply.topics:
+            self._outbox.put(Message(topic, answer, Lane.ANSWER, reply.correlation))

@@ -1,0 +1,90 @@
+"""A command as the bridge will get it: read from its payload and held against the catalogue."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import msgspec
+
+from gateway.bridge.api import DEFAULT_TTL, DriveInfo
+from gateway.northbound.mqtt.freshness import time_to_live
+from gateway.northbound.mqtt.message import Incoming
+from gateway.northbound.mqtt.request import MalformedError, Request, lenient_id, parse
+from gateway.tag import Value
+
+STOP = "stop"
+"""The command that is taken without id, time, epoch or even a readable payload."""
+
+Content = bool | int | float | str | dict[str, bool | int | float | str]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Order:
+    """One write or command. ``content`` is a mapping of arguments for a command, else the value.
+    ``ttl`` counts from the moment the message came, in seconds."""
+
+    drive: str
+    name: str
+    content: Content
+    id: str | int | None
+    by: str
+    ttl: float
+
+    @property
+    def key(self) -> str:
+        """What makes two orders the same one for "at most once"; empty for a stop, which never is."""
+        return "" if self.is_stop else "\n".join((self.drive, self.name, self.by, str(self.id)))
+
+    @property
+    def fingerprint(self) -> bytes:
+        """What the order asks for, exactly: ``true`` is not ``1``."""
+        return msgspec.json.encode(self.content, order="sorted")
+
+    @property
+    def args(self) -> dict[str, Value] | None:
+        """The arguments if this is a command, None if it is the write of a point."""
+        return dict(self.content) if isinstance(self.content, dict) else None
+
+    @property
+    def value(self) -> Value:
+        """The value to write; None if this is a command."""
+        return None if isinstance(self.content, dict) else self.content
+
+    @property
+    def is_stop(self) -> bool:
+        """True for the command that overtakes everything."""
+        return self.name == STOP and isinstance(self.content, dict)
+
+
+def read_order(drive: DriveInfo, name: str, incoming: Incoming) -> Order:
+    """The order in a message.
+
+    Raises:
+        RejectedError: if it is malformed or not fresh.
+    """
+    is_command = any(command.name == name for command in drive.commands)
+    if is_command and name == STOP:
+        id, by = lenient_id(incoming.payload)
+        return Order(drive=drive.name, name=name, content={}, id=id, by=by, ttl=DEFAULT_TTL)
+    request = parse(incoming.payload)
+    if request.id is None:
+        raise MalformedError("no id: it is what keeps a command from being carried out twice")
+    ttl = time_to_live(incoming, request)
+    content = _arguments(name, request) if is_command else _value(name, request)
+    return Order(
+        drive=drive.name, name=name, content=content, id=request.id, by=request.by or "anonymous", ttl=ttl
+    )
+
+
+def _arguments(name: str, request: Request) -> Content:
+    if request.v is not msgspec.UNSET:
+        raise MalformedError(f"{name} is a command: it takes args, not v", request.id)
+    return {} if isinstance(request.args, msgspec.UnsetType) else request.args
+
+
+def _value(name: str, request: Request) -> Content:
+    if request.args is not msgspec.UNSET:
+        raise MalformedError(f"{name} is not a command: it takes v, not args", request.id)
+    if request.v is None or isinstance(request.v, msgspec.UnsetType):
+        raise MalformedError(f"{name} takes a value: v", request.id)
+    return request.v

@@ -1,4 +1,4 @@
-"""What a unit may be asked: the facts of its profile turned into requests, or into a refusal with its reason."""
+"""What a unit may be asked: its facts turned into requests, or into a refusal with its reason."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def _read(facts: UnitFacts, asked: Read) -> pdu.Request:
     _check_function(facts, function)
     if not may_read(facts, asked.address, asked.count):
         raise ValueError(
-            f"unit {facts.unit} does not let {asked.count} registers from {asked.address:04X}H be read at once"
+            f"unit {facts.unit}: {asked.count} registers from {asked.address:04X}H cannot be read at once"
         )
     return pdu.read_registers(asked.address, asked.count, function)
 

@@ -28,15 +28,10 @@ class Suspicion:
         self._functions: set[int] = set()
         self._last = 0.0
 
-    @property
-    def trusted(self) -> bool:
-        """True when nothing is unanswered."""
-        return not self._unanswered
-
-    @property
-    def functions(self) -> frozenset[int]:
-        """Functions whose exception reply may be a late one."""
-        return frozenset(self._functions)
+    def late(self, now: float) -> frozenset[int]:
+        """Functions whose exception reply may be a late one. Exceptions all look alike, so that only time
+        can end this doubt for a unit that answers with nothing else."""
+        return frozenset() if now >= self.quarantine_end else frozenset(self._functions)
 
     @property
     def quarantine_end(self) -> float:
@@ -60,11 +55,16 @@ class Suspicion:
         return request.shape not in self._unanswered
 
     def question(self) -> pdu.Request | None:
-        """A request whose answer puts the unit in step; None when there is none but waiting."""
-        if self._facts.loop_back:
+        """A request whose answer puts the unit in step; None when there is none but waiting.
+
+        The loop-back is the best of them, unless the last one was lost and an exception to it would not be
+        believed.
+        """
+        read = next((request for request in self._reads() if self.tells_apart(request)), None)
+        if self._facts.loop_back and (read is None or pdu.DIAGNOSTICS not in self._functions):
             self._nonce = (self._nonce + _STEP) % _NONCES
             return pdu.loop_back(self._nonce)
-        return next((request for request in self._reads() if self.tells_apart(request)), None)
+        return read
 
     def _reads(self) -> Iterator[pdu.Request]:
         """Reads of every length that the unit allows."""

@@ -124,9 +124,8 @@ class Schedule:
             self._owed = 0.0
         if self._owed <= 0 and (command := self._first(Priority.COMMAND, now, ready_at)) is not None:
             return command
-        if probe is not None and probe.at <= now:
+        if probe is not None and probe.at <= now and (not reads or probe.deadline <= now):
             reads.append(probe)
-            reads = [read for read in reads if read is not probe or len(reads) == 1 or probe.deadline <= now]
         if reads:
             return min(reads, key=_by_deadline)
         return self._first(Priority.PROBE, now, ready_at)

@@ -1,0 +1,337 @@
+"""One line as a pure machine: events in, actions out, time as an argument.
+
+It owns the wire: it decides what goes out next, recognises what comes back, knows which units answer, and
+tells the outcome of every job exactly once. `gateway.line.master` runs it on a port.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable, Sequence
+
+from gateway.line.connection import Connection
+from gateway.line.interface import (
+    Action,
+    Answered,
+    Counters,
+    Job,
+    JobDone,
+    JobSent,
+    LineSettings,
+    Plan,
+    PlanChanged,
+    Refused,
+    Silent,
+    Transmit,
+    UnitDown,
+    UnitFacts,
+    UnitUp,
+    Unsent,
+    Want,
+)
+from gateway.line.plan import make_plan
+from gateway.line.reachability import Unit
+from gateway.line.record import Record, Traced
+from gateway.line.requests import BROADCAST, check_want, request_of
+from gateway.line.schedule import Choice, Probe, Schedule, Waiting
+from gateway.line.telling import description, failed_blocks, purpose, told
+from gateway.line.transaction import Question, Transaction, Wire
+from gateway.line.units import Units
+from gateway.modbus.framing import framing_of
+from gateway.modbus.pdu import Reply
+from gateway.modbus.timing import timing_of
+
+BROADCAST_PAUSE = 0.1
+"""Seconds that units get to act on a broadcast (serial line V1.02, section 2.4.1: 100 to 200 ms)."""
+STRAY_HOLD = 0.1
+"""Bytes that nobody asked for hold a request back by so many seconds at most: a babbler stops nothing."""
+REPLAN_EVERY = 10.0
+"""Least seconds between plans made anew because turnarounds turned out different."""
+DRIFT = 0.25
+"""Relative change of a turnaround, beyond 2 ms, that makes the plan worth making anew."""
+
+
+def _admit_all(job_id: int) -> bool:
+    return True
+
+
+class Line:
+    """The machine. All methods take ``now`` in seconds of the monotonic clock; it never goes back.
+
+    ``admit`` is asked with a job's id just before its request goes out; False drops the job unsent.
+    """
+
+    def __init__(
+        self,
+        settings: LineSettings,
+        units: Sequence[UnitFacts],
+        admit: Callable[[int], bool] = _admit_all,
+    ) -> None:
+        self.settings = settings
+        self.plan = Plan()
+        self.counters = Counters()
+        self._admit = admit
+        self._units = Units(units)
+        timing = timing_of(settings.framing, settings.baud, settings.format, settings.gap)
+        self._wire = Wire(framing_of(settings.framing), timing, settings.echo)
+        self._connection = Connection()
+        self._schedule = Schedule()
+        self._record = Record()
+        self._wants: tuple[Want, ...] = ()
+        self._planned: dict[int, float] = {}
+        self._planned_at = -math.inf
+        self._current: Transaction | None = None
+        self._free_at = -math.inf
+        self._held = 0.0
+
+    # What can be asked about it
+
+    @property
+    def gap(self) -> float:
+        """The silence in seconds that is kept between frames."""
+        return self._wire.timing.gap
+
+    @property
+    def is_open(self) -> bool:
+        """True while the port is open."""
+        return self._connection.is_open
+
+    @property
+    def down_reason(self) -> str:
+        """Why the port is not open; empty when it is."""
+        return self._connection.reason
+
+    @property
+    def trace(self) -> deque[Traced]:
+        """The last frames, oldest first: at, sent, data, note."""
+        return self._record.frames
+
+    def up(self, unit: int) -> bool | None:
+        """Does the unit answer? None while that is not known."""
+        return self._units[unit].up
+
+    def utilisation(self, now: float) -> float:
+        """Share of the last ten seconds in which the wire was in use, mandatory silences included."""
+        return self._record.utilisation(now)
+
+    def wake(self) -> float | None:
+        """When `tick` is next needed; None: not before something else happens."""
+        if not self.is_open:
+            at = self._connection.open_at
+        elif self._current is not None:
+            at = self._current.deadline
+        else:
+            probe = self._units.probe()
+            due = self._schedule.wake(self._units.ready_at)
+            at = max(self._free_at, due if probe is None else min(due, probe.at))
+        return None if at == math.inf else at
+
+    # What happens to the port
+
+    def start(self, now: float) -> list[Action]:
+        """Open the port."""
+        return self._connection.start()
+
+    def stop(self, now: float) -> list[Action]:
+        """End what is going on and close the port. Every job is told."""
+        return [*self._abandon(now), *self._connection.stop()]
+
+    def port_opened(self, now: float) -> list[Action]:
+        """The port is ready for use."""
+        self._connection.opened()
+        self._record.start(now)
+        self._wire.echo = self.settings.echo
+        self._free_at = now + self.gap
+        return self._advance(now)
+
+    def port_lost(self, reason: str, now: float) -> list[Action]:
+        """The port could not be opened, or vanished. It is opened again after a pause."""
+        self._connection.lost(reason, now)
+        for unit in self._units:
+            unit.forget()
+        return self._abandon(now)
+
+    def received(self, data: bytes, now: float) -> list[Action]:
+        """Bytes came in."""
+        if self._current is None:
+            return self._stray(data, now)
+        self._free_at = now + self.gap
+        reply = self._current.feed(data)
+        self._note(now, False, data, description(reply))
+        return [] if reply is None else [*self._replied(self._current, reply, now), *self._advance(now)]
+
+    def tick(self, now: float) -> list[Action]:
+        """Time has passed."""
+        if not self.is_open:
+            return self._connection.tick(now)
+        actions: list[Action] = []
+        if self._current is not None and now >= self._current.deadline:
+            actions = self._timed_out(self._current, now)
+        return [*actions, *self._advance(now)]
+
+    # What is wanted and asked
+
+    def demand(self, wants: Sequence[Want], now: float) -> list[Action]:
+        """Replace everything that is wanted. Raises `ValueError` when a want can never be met."""
+        for want in wants:
+            check_want(self._units.facts(want.unit), want)
+        self._wants = tuple(wants)
+        self._replan(now)
+        down = [unit for unit in self._units if unit.up is False]
+        return [PlanChanged(), *failed_blocks(self.plan, down, now), *self._advance(now)]
+
+    def ask(self, job: Job, now: float) -> list[Action]:
+        """Let a job wait for its turn. Raises `ValueError` when its unit cannot take such a request."""
+        request_of(self._units.facts(job.request.unit), job.request)
+        if not self.is_open:
+            return [JobDone(job.id, Unsent("line_down"), now)]
+        self._schedule.ask(job, now)
+        return self._advance(now)
+
+    def withdraw(self, job_id: int, now: float) -> bool:
+        """Forget a job; True when it was still waiting, and then nothing more is told of it."""
+        return self._schedule.withdraw(job_id)
+
+    # Deciding
+
+    def _advance(self, now: float) -> list[Action]:
+        """Drop what expired, and begin the next transaction when the wire is free."""
+        actions: list[Action] = [
+            JobDone(job.id, Unsent("expired"), now) for job in self._schedule.expired(now)
+        ]
+        while self.is_open and self._current is None and now >= self._free_at:
+            choice = self._schedule.choose(now, self._units.ready_at, self._units.probe())
+            if choice is None:
+                break
+            actions += self._take_up(choice, now)
+        return actions
+
+    def _take_up(self, choice: Choice, now: float) -> list[Action]:
+        """Turn a decision into a request on the wire, or into the reason why there is none."""
+        question = self._units.question(choice, now)
+        if question is None:
+            unit = self._units[choice.unit]
+            unit.blocked_until = unit.suspicion.quarantine_end
+            return []
+        if isinstance(choice, Waiting) and not question.aside:
+            return self._send_job(question, choice.job, now)
+        if isinstance(choice, Probe):
+            self._units[choice.unit].probed(now)
+        return self._send(question, now)[0]
+
+    def _send_job(self, question: Question, job: Job, now: float) -> list[Action]:
+        """Ask for admission, then send."""
+        self._schedule.withdraw(job.id)
+        if not self._admit(job.id):
+            return [JobDone(job.id, Unsent("not_admitted"), now)]
+        actions, sent = self._send(question, now)
+        actions.append(JobSent(job.id, sent.ends))
+        return [*actions, *self._sent_to_all(sent)] if question.unit == BROADCAST else actions
+
+    def _send(self, question: Question, now: float) -> tuple[list[Action], Transaction]:
+        sent = self._wire.begin(question, self._units.patience(question), now)
+        self._current = sent
+        self._held = 0.0
+        self.counters.requests += 1
+        self._note(now, True, sent.data, purpose(question))
+        return [Transmit(sent.data)], sent
+
+    # What became of a transaction
+
+    def _sent_to_all(self, sent: Transaction) -> list[Action]:
+        """A broadcast is over when it is out. Nobody answers, so nothing is known of its effect."""
+        self._over(sent, sent.ends + BROADCAST_PAUSE)
+        return told(sent, Silent(), sent.ends)
+
+    def _replied(self, done: Transaction, reply: Reply, now: float) -> list[Action]:
+        unit = self._units[done.question.unit]
+        self._over(done, now + self.gap)
+        result = self._counted(reply)
+        news: list[Action] = [UnitUp(done.question.unit, now)] if unit.heard() else []
+        if done.question.doubtful:
+            return [*news, *told(done, Silent(damaged=True), now)]
+        unit.suspicion.clear()
+        unit.turnaround.answered(self._wire.turnaround(done, reply, now))
+        return [*news, *told(done, result, now), *self._follow_drift(unit, now)]
+
+    def _counted(self, reply: Reply) -> Answered | Refused:
+        if reply.exception is None:
+            self.counters.answered += 1
+            return Answered(reply.words)
+        self.counters.refused += 1
+        return Refused(reply.exception)
+
+    def _timed_out(self, done: Transaction, now: float) -> list[Action]:
+        unit = self._units[done.question.unit]
+        self._over(done, max(now, self._free_at))
+        if done.heard:
+            self.counters.damaged += 1
+        else:
+            self.counters.timeouts += 1
+        unit.turnaround.missed()
+        self._doubt(done)
+        actions = told(done, Silent(damaged=done.heard), now)
+        if not unit.silent(done.began, now):
+            return actions
+        reason = "damaged replies only" if done.heard else "no answer"
+        down = UnitDown(done.question.unit, now, reason)
+        return [*actions, down, *failed_blocks(self.plan, [unit], now)]
+
+    def _over(self, done: Transaction, free_at: float) -> None:
+        """The transaction is off the wire; the next may begin at ``free_at``."""
+        self._current = None
+        self._free_at = free_at
+        self._wire.echo |= done.seeker.echoed
+        self._record.used(done.began, free_at)
+        self._schedule.spent(done.question.choice, free_at - done.began)
+        if isinstance(done.question.choice, Probe):
+            self._units.probing.spent(done.began, free_at - done.began)
+
+    def _abandon(self, now: float) -> list[Action]:
+        """End the transaction on the wire and all that wait."""
+        actions: list[Action] = []
+        if self._current is not None:
+            done, self._current = self._current, None
+            self._doubt(done)
+            choice = done.question.choice
+            if isinstance(choice, Waiting) and not done.question.aside:
+                actions.append(JobDone(choice.job.id, Silent(damaged=done.heard), now))
+        return actions + [JobDone(job.id, Unsent("line_down"), now) for job in self._schedule.drain()]
+
+    def _doubt(self, done: Transaction) -> None:
+        """The reply may still come. Where replies are numbered, that does no harm."""
+        if not self._wire.framing.numbered:
+            self._units[done.question.unit].suspicion.missed(done.question.request, done.ends)
+
+    def _stray(self, data: bytes, now: float) -> list[Action]:
+        """Bytes that nobody asked for: keep the silence after them, within reason."""
+        self._note(now, False, data, "stray")
+        wait = now + self.gap - max(now, self._free_at)
+        if wait > 0 and self._held + wait <= STRAY_HOLD:
+            self._held += wait
+            self._free_at = now + self.gap
+        return []
+
+    # Planning
+
+    def _replan(self, now: float) -> None:
+        self._planned = {unit.facts.unit: unit.turnaround.usual for unit in self._units}
+        self._planned_at = now
+        facts = {unit.facts.unit: unit.facts for unit in self._units}
+        self.plan = make_plan(self._wants, facts, self._read_cost)
+        self._schedule.replan(self.plan.blocks, now)
+
+    def _read_cost(self, unit: int, count: int) -> float:
+        return self._wire.read_cost(count, self._planned[unit])
+
+    def _follow_drift(self, unit: Unit, now: float) -> list[Action]:
+        """Make the plan anew when a unit turns out faster or slower than it was planned."""
+        usual, planned = unit.turnaround.usual, self._planned.get(unit.facts.unit, math.inf)
+        if now - self._planned_at < REPLAN_EVERY or abs(usual - planned) <= 0.002 + DRIFT * planned:
+            return []
+        self._replan(now)
+        return [PlanChanged()]
+
+    def _note(self, now: float, sent: bool, data: bytes, note: str) -> None:
+        self._record.frames.append(Traced(now, sent, data, note))

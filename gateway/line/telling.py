@@ -1,0 +1,80 @@
+"""What the end of a transaction means to whoever asked, and when a planned read comes again."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from gateway.line.interface import (
+    Action,
+    Answered,
+    BlockFailed,
+    BlockRead,
+    JobDone,
+    Plan,
+    Refused,
+    Silent,
+    Write,
+)
+from gateway.line.reachability import Unit
+from gateway.line.schedule import Due, Probe, Waiting, postpone, settle
+from gateway.line.transaction import Question, Transaction
+from gateway.modbus.pdu import Reply
+
+REFUSED_PACE = 5.0
+"""A planned read that was refused is asked again after so many seconds, or its period if longer."""
+
+Ending = Answered | Refused | Silent
+
+
+def told(done: Transaction, result: Ending, now: float) -> list[Action]:
+    """The actions that tell of a transaction's end; none for probes and questions on the side."""
+    choice = done.question.choice
+    if done.question.aside or isinstance(choice, Probe):
+        return []
+    if isinstance(choice, Waiting):
+        return [JobDone(choice.job.id, result, now)]
+    return _block_told(choice, result, now - done.began, now)
+
+
+def failed_blocks(plan: Plan, units: Iterable[Unit], now: float) -> list[Action]:
+    """All planned reads of units that are held to be down, as failed."""
+    down = {unit.facts.unit for unit in units}
+    return [
+        BlockFailed(block.unit, block.address, block.count, Silent(), now, block.table)
+        for block in plan.blocks
+        if block.unit in down
+    ]
+
+
+def purpose(question: Question) -> str:
+    """Why a request goes out, for the trace."""
+    if question.aside:
+        return "resynchronise"
+    match question.choice:
+        case Waiting(job=job):
+            return "write" if isinstance(job.request, Write) else "read once"
+        case Due():
+            return "read"
+        case Probe():
+            return "probe"
+
+
+def description(reply: Reply | None) -> str:
+    """What came in, for the trace; empty when it is not yet a reply."""
+    if reply is None:
+        return ""
+    return "reply" if reply.exception is None else f"exception {reply.exception:02X}H"
+
+
+def _block_told(due: Due, result: Ending, took: float, now: float) -> list[Action]:
+    block = due.block
+    match result:
+        case Answered(words=words):
+            settle(due, now)
+            return [BlockRead(block.unit, block.address, words, now, block.table)]
+        case Refused():
+            postpone(due, now + max(block.period, REFUSED_PACE))
+            return [BlockFailed(block.unit, block.address, block.count, result, now, block.table)]
+        case Silent():
+            postpone(due, now + took)  # the others get as much of the line as this one lost
+            return []

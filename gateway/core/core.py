@@ -55,7 +55,7 @@ from gateway.core.requests import Writes
 from gateway.core.watch import Watchkeeper
 from gateway.line import interface as line_does
 from gateway.mapping.site import Site
-from gateway.tag import Instant, Role, Sample
+from gateway.tag import Instant, Sample
 
 UnitAction = line_does.BlockRead | line_does.BlockFailed | line_does.UnitUp | line_does.UnitDown
 

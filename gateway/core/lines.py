@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 
 from gateway.core.drive import Drive
-from gateway.line.interface import Action, Job, LineSettings, Plan, Priority, Read, Want, Write
+from gateway.line.interface import Action, Job, LineSettings, Plan, Read, Want, Write
 from gateway.line.line import Line
 from gateway.mapping.site import LineConfig, Site
 
@@ -86,14 +86,15 @@ class Lines:
         """Tell a line what is wanted of it."""
         self._take(line, self._lines[line].demand(wants, now))
 
-    def ask(
-        self, line: str, request: Read | Write, priority: Priority, deadline: float | None, now: float
-    ) -> int:
-        """Give a line a job; the job's number."""
+    def new_job(self) -> int:
+        """A number for a job that is about to be asked."""
         self._last_job += 1
-        self._jobs[self._last_job] = (line, request)
-        self._take(line, self._lines[line].ask(Job(self._last_job, request, priority, deadline), now))
         return self._last_job
+
+    def ask(self, line: str, job: Job, now: float) -> None:
+        """Give a line a job."""
+        self._jobs[job.id] = (line, job.request)
+        self._take(line, self._lines[line].ask(job, now))
 
     def withdraw(self, job: int, now: float) -> bool:
         """Take a waiting job back; False when it is on the wire or done."""

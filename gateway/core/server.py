@@ -1,0 +1,178 @@
+"""The core's end of the bridge sockets. Shell.
+
+Each connection is a session. Replies and updates go out in one task per session; a watcher that does
+not take them makes its own backlog fold and holds up nobody.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import os
+import socket
+import struct
+from collections import deque
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import structlog
+
+from gateway.bridge.api import API_VERSION, BridgeError, Update
+from gateway.bridge.backlog import Backlog
+from gateway.bridge.messages import (
+    LENGTH_BYTES,
+    Hello,
+    Request,
+    Response,
+    Wrong,
+    body_length,
+    pack,
+    unpack_request,
+)
+from gateway.core.shell import Shell
+from gateway.tag import Role
+
+log = structlog.get_logger()
+
+MAX_UNSENT_REPLIES = 10_000
+"""Replies that may wait for one client; one that asks and never listens is cut off."""
+
+
+class Server:
+    """Serves the bridge on sockets that adapters inherited and on the command line's socket."""
+
+    def __init__(self, shell: Shell) -> None:
+        self._shell = shell
+        self._tasks: set[asyncio.Task[None]] = set()
+        self._listener: asyncio.Server | None = None
+
+    async def listen(self, path: Path) -> None:
+        """Listen for command lines of this user at ``path`` (mode 0600)."""
+        path.unlink(missing_ok=True)
+        mask = os.umask(0o177)
+        try:
+            self._listener = await asyncio.start_unix_server(self._local, path)
+        finally:
+            os.umask(mask)
+
+    def adopt(self, link: socket.socket, ceiling: Role, section: Mapping[str, Any]) -> None:
+        """Serve an adapter on its end of a socket pair."""
+        self._begin(self._adopt(link, ceiling, section))
+
+    async def close(self) -> None:
+        """Cut everybody off."""
+        if self._listener is not None:
+            self._listener.close()
+        for task in list(self._tasks):
+            task.cancel()
+        await asyncio.gather(*self._tasks, return_exceptions=True)
+
+    def _begin(self, work: Any) -> None:
+        task = asyncio.get_running_loop().create_task(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    async def _adopt(self, link: socket.socket, ceiling: Role, section: Mapping[str, Any]) -> None:
+        reader, writer = await asyncio.open_unix_connection(sock=link)
+        await Session(self._shell, reader, writer, ceiling, section).serve()
+
+    async def _local(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        if peer_user(writer.get_extra_info("socket")) not in (os.getuid(), 0):
+            writer.close()
+            return
+        task = asyncio.current_task()
+        assert task is not None
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+        await Session(self._shell, reader, writer, Role.ADMIN, {}).serve()
+
+
+def peer_user(link: socket.socket) -> int:
+    """The user id of the process at the other end."""
+    size = struct.calcsize("3i")
+    _, uid, _ = struct.unpack("3i", link.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, size))
+    return int(uid)
+
+
+class Session:
+    """One client on a stream."""
+
+    def __init__(
+        self,
+        shell: Shell,
+        reader: asyncio.StreamReader,
+        writer: asyncio.StreamWriter,
+        ceiling: Role,
+        section: Mapping[str, Any],
+    ) -> None:
+        self._shell = shell
+        self._reader = reader
+        self._writer = writer
+        self._ceiling = ceiling
+        self._section = section
+        self._replies: deque[Response] = deque()
+        self._backlog = Backlog()
+        self._news = asyncio.Event()
+
+    async def serve(self) -> None:
+        """Talk until one end leaves."""
+        sender = asyncio.create_task(self._send())
+        session = 0
+        try:
+            session = await self._greet()
+            while True:
+                request = await self._receive()
+                if isinstance(request, Hello):
+                    raise BridgeError("a second hello")
+                self._shell.ask(session, request)
+        except BridgeError as error:
+            log.debug("client left", reason=str(error))
+            self._deliver(Wrong(0, str(error)))
+        finally:
+            self._shell.leave(session)
+            await self._flush()
+            sender.cancel()
+            self._writer.close()
+
+    async def _greet(self) -> int:
+        hello = await self._receive()
+        if not isinstance(hello, Hello) or hello.version != API_VERSION:
+            raise BridgeError(f"this gateway speaks version {API_VERSION} of the bridge")
+        return self._shell.join(hello.name, self._ceiling, self._deliver, self._section)
+
+    async def _receive(self) -> Request:
+        try:
+            header = await self._reader.readexactly(LENGTH_BYTES)
+            return unpack_request(await self._reader.readexactly(body_length(header)))
+        except (asyncio.IncompleteReadError, OSError) as error:
+            raise BridgeError("gone") from error
+
+    def _deliver(self, message: Response) -> None:
+        if isinstance(message, Update):
+            self._backlog.put(message)
+        elif len(self._replies) >= MAX_UNSENT_REPLIES:
+            self._writer.transport.abort()
+        else:
+            self._replies.append(message)
+        self._news.set()
+
+    async def _send(self) -> None:
+        with contextlib.suppress(OSError):
+            while True:
+                while (message := self._next()) is not None:
+                    self._writer.write(pack(message))
+                    await self._writer.drain()
+                self._news.clear()
+                await self._news.wait()
+
+    async def _flush(self) -> None:
+        """Send the replies that wait, if the client still takes them."""
+        with contextlib.suppress(OSError, TimeoutError):
+            async with asyncio.timeout(0.2):
+                while self._replies:
+                    self._writer.write(pack(self._replies.popleft()))
+                    await self._writer.drain()
+
+    def _next(self) -> Response | None:
+        return self._replies.popleft() if self._replies else self._backlog.take()

@@ -1,0 +1,182 @@
+"""Around the pure core: clock, ports, journal and clients, on one asyncio loop. Shell."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import structlog
+
+from gateway import __version__
+from gateway.bridge.api import API_VERSION
+from gateway.bridge.messages import Response, Welcome
+from gateway.core.core import Core
+from gateway.core.events import (
+    Action,
+    Asked,
+    ClientRequest,
+    Close,
+    Event,
+    Joined,
+    Left,
+    Open,
+    PortLost,
+    PortOpened,
+    Received,
+    Record,
+    Recorded,
+    Started,
+    Stopping,
+    Tell,
+    Ticked,
+    Transmit,
+)
+from gateway.core.journal import Journal
+from gateway.line.port import Port, open_port
+from gateway.mapping.site import LineConfig, Site
+from gateway.tag import Instant, Role
+
+log = structlog.get_logger()
+
+Deliver = Callable[[Response], None]
+"""How a client is told something; must not block."""
+
+
+def now() -> Instant:
+    """The present moment on both clocks."""
+    return Instant(time.monotonic(), time.time_ns())
+
+
+class Shell:
+    """Feeds the core with events and carries out its actions.
+
+    Args:
+        site: the configuration.
+        line_ports: ports to use instead of those of the site, by line.
+        sections: configuration of the adapters, for their welcome.
+    """
+
+    def __init__(self, site: Site, line_ports: Mapping[str, str]) -> None:
+        self.core = Core(site, __version__)
+        self._configs = {config.name: config for config in site.lines}
+        self._line_ports = line_ports
+        self._loop = asyncio.get_running_loop()
+        self._ports: dict[str, Port] = {}
+        self._opening: dict[str, asyncio.Task[None]] = {}
+        self._clients: dict[int, Deliver] = {}
+        self._last_session = 0
+        self._timer: asyncio.TimerHandle | None = None
+        site.data.mkdir(parents=True, exist_ok=True)
+        self._journal = Journal(site.data, self._recorded)
+
+    def start(self) -> None:
+        """Open the ports and begin."""
+        self._journal.start()
+        self.feed(Started())
+
+    async def stop(self) -> None:
+        """End what is under way, close the ports, write the journal out."""
+        self.feed(Stopping())
+        if self._timer is not None:
+            self._timer.cancel()
+        for task in self._opening.values():
+            task.cancel()
+        for port in self._ports.values():
+            port.close()
+        await asyncio.to_thread(self._journal.close)
+
+    # -- clients
+
+    def join(self, name: str, ceiling: Role, deliver: Deliver, section: Mapping[str, Any]) -> int:
+        """Take in a client, welcome it, and return its session."""
+        self._last_session += 1
+        self._clients[self._last_session] = deliver
+        deliver(Welcome(API_VERSION, section, self.core.catalogue))
+        self.feed(Joined(self._last_session, name, ceiling))
+        return self._last_session
+
+    def leave(self, session: int) -> None:
+        """A client is gone."""
+        if self._clients.pop(session, None) is not None:
+            self.feed(Left(session))
+
+    def ask(self, session: int, request: ClientRequest) -> None:
+        """A client asks for something."""
+        self.feed(Asked(session, request))
+
+    # -- the loop
+
+    def feed(self, event: Event) -> None:
+        """Take the core one step further."""
+        for action in self.core.step(event, now()):
+            self._carry_out(action)
+        self._arm()
+
+    def _arm(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+        wake = self.core.wake()
+        self._timer = None if wake is None else self._loop.call_at(wake, self._tick)
+
+    def _tick(self) -> None:
+        self._timer = None
+        self.feed(Ticked())
+
+    def _carry_out(self, action: Action) -> None:
+        match action:
+            case Transmit(line, data):
+                if line in self._ports:
+                    self._ports[line].write(data)
+            case Tell(session, message):
+                if session in self._clients:
+                    self._clients[session](message)
+            case Record(number, entry):
+                self._journal.append(number, entry)
+            case Open(line):
+                self._opening[line] = self._loop.create_task(self._open(self._configs[line]))
+            case Close(line):
+                self._close(line)
+
+    def _recorded(self, number: int, problem: str) -> None:
+        """Called from the journal's thread."""
+        try:
+            self._loop.call_soon_threadsafe(self.feed, Recorded(number, problem))
+        except RuntimeError:  # the loop is closed: nobody waits any more
+            pass
+
+    # -- ports
+
+    async def _open(self, config: LineConfig) -> None:
+        line = config.name
+        where = self._line_ports.get(line, config.port)
+        try:
+            port = await open_port(
+                config, where, lambda data: self._received(line, data), lambda r: self._lost(line, r)
+            )
+        except OSError as error:
+            reason = f"{where}: {error.strerror or error}"
+            log.warning("port not opened", line=line, reason=reason)
+            self.feed(PortLost(line, reason))
+            return
+        self._ports[line] = port
+        log.info("port open", line=line, port=where)
+        self.feed(PortOpened(line))
+
+    def _received(self, line: str, data: bytes) -> None:
+        self.feed(Received(line, data))
+
+    def _lost(self, line: str, reason: str) -> None:
+        if line in self._ports:
+            self._close(line)
+            log.warning("port lost", line=line, reason=reason)
+            self.feed(PortLost(line, reason))
+
+    def _close(self, line: str) -> None:
+        task = self._opening.pop(line, None)
+        if task is not None:
+            task.cancel()
+        port = self._ports.pop(line, None)
+        if port is not None:
+            port.close()

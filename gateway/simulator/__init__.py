@@ -1,0 +1,24 @@
+"""Simulated drives on simulated lines, for the demo, for tests, and for a SCADA that comes before its panel.
+
+The drives, the wire and their faults are pure models in time; `live` runs them on a pty.
+"""
+
+from gateway.simulator.bank import UnsupportedError
+from gateway.simulator.faults import CorruptByte, DelayReply, DropReply, NoiseBefore
+from gateway.simulator.happening import Options, Panel, PowerCycle, Trip
+from gateway.simulator.live import SimulatedLine
+from gateway.simulator.site import run
+
+__all__ = [
+    "CorruptByte",
+    "DelayReply",
+    "DropReply",
+    "NoiseBefore",
+    "Options",
+    "Panel",
+    "PowerCycle",
+    "SimulatedLine",
+    "Trip",
+    "UnsupportedError",
+    "run",
+]

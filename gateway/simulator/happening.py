@@ -1,0 +1,47 @@
+"""What can happen to a simulated drive from outside the line, and how one is set up."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Trip:
+    """A major fault strikes: the name of a fault point of the profile."""
+
+    fault: str
+
+
+@dataclass(frozen=True, slots=True)
+class Panel:
+    """A hand on the operator panel: obeyed while the drive takes its run command from there."""
+
+    run: bool
+    reverse: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class PowerCycle:
+    """The mains go and return: commands and faults are forgotten, parameters are kept."""
+
+
+Happening = Trip | Panel | PowerCycle
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Options:
+    """How a drive is set up before it is put on the line. Times are seconds between standstill and
+    ``max_frequency`` (Hz); ``turnaround`` is from the end of a request to the start of the reply.
+    ``load`` is the torque at rated speed (1.0 = rated). ``speed`` lets the motor ramp that many times
+    faster. ``delete_errors``: a fault reset clears the record of line errors. ``restart``: a reset lets
+    a run bit that still stands start the motor again."""
+
+    max_frequency: float = 60.0
+    acceleration: float = 3.0
+    deceleration: float = 3.0
+    fast_deceleration: float = 1.0
+    turnaround: float = 0.005
+    load: float = 0.6
+    speed: float = 1.0
+    delete_errors: bool = False
+    restart: bool = True

@@ -1,0 +1,96 @@
+"""A simulated line in real time: a thread between a pty and the model of the wire."""
+
+from __future__ import annotations
+
+import os
+import select
+import threading
+from collections.abc import Mapping
+from pathlib import Path
+from time import monotonic
+from types import MappingProxyType
+
+from gateway.mapping.site import LineConfig
+from gateway.simulator.build import build_drives, wire_timing
+from gateway.simulator.drive import Drive
+from gateway.simulator.happening import Options
+from gateway.simulator.line import Line
+from gateway.simulator.pty import Pty
+from gateway.simulator.wire import WireFrame
+
+SPIN = 0.0001
+"""Seconds before a moment in which the thread asks again and again instead of sleeping: the kernel wakes
+a sleeper some 60 microseconds late."""
+
+
+class SimulatedLine:
+    """The drives of one line behind a pty, from `start` (or ``with``) to `close`.
+
+    ``path`` is what the master opens. ``drives`` may be looked at and tampered with while the line runs.
+    Times in ``log`` are of `time.monotonic`.
+    """
+
+    def __init__(
+        self,
+        config: LineConfig,
+        folder: Path,
+        *,
+        options: Mapping[str, Options] = MappingProxyType({}),
+        strict: bool = True,
+        speed: float = 1.0,
+    ) -> None:
+        self.name = config.name
+        self.path = folder / config.name
+        self.drives: Mapping[str, Drive] = build_drives(config, options, speed)
+        self._line = Line(wire_timing(config), self.drives.values(), strict=strict, echo=config.rs485.echo)
+        self._thread: threading.Thread | None = None
+        self._stop_reader = self._stop_writer = -1
+
+    @property
+    def log(self) -> list[WireFrame]:
+        """The frames that were on the wire, oldest first."""
+        return list(self._line.log)
+
+    def start(self) -> None:
+        """Plug the line in: ``path`` exists and the drives answer. Nothing happens if it is plugged in."""
+        if self._thread is not None:
+            return
+        pty = Pty(self.path)
+        self._stop_reader, self._stop_writer = os.pipe()
+        self._thread = threading.Thread(
+            target=self._serve, args=(pty,), name=f"line {self.name}", daemon=True
+        )
+        self._thread.start()
+
+    def close(self) -> None:
+        """Pull the line out: ``path`` goes away, the drives keep their state. `start` plugs it in again."""
+        if self._thread is None:
+            return
+        os.close(self._stop_writer)
+        self._thread.join()
+        os.close(self._stop_reader)
+        self._thread = None
+
+    def __enter__(self) -> SimulatedLine:
+        self.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _serve(self, pty: Pty) -> None:
+        try:
+            while not self._asked_to_stop(pty):
+                if data := pty.read():
+                    self._line.receive(data, monotonic())
+                if arrived := self._line.advance(monotonic()):
+                    pty.write(arrived)
+        finally:
+            pty.close()
+
+    def _asked_to_stop(self, pty: Pty) -> bool:
+        """Wait until the master writes or something is due; True when the line is to be closed."""
+        rest = self._line.due() - monotonic()
+        pause = rest - SPIN if rest > SPIN else 0.0
+        readable, _, _ = select.select([pty.fd, self._stop_reader], [], [], pause)
+        return self._stop_reader in readable

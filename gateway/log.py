@@ -7,7 +7,7 @@ from __future__ import annotations
 import logging
 import sys
 from collections.abc import MutableMapping
-from typing import Any, Literal
+from typing import Any, Literal, TextIO
 
 import structlog
 from structlog.typing import Processor
@@ -15,8 +15,12 @@ from structlog.typing import Processor
 Level = Literal["debug", "info", "warning", "error"]
 
 
-def configure(process: str, level: Level = "info") -> None:
-    """Set up logging for this process, named ``process`` in each entry. Call it once, at the start."""
+def configure(process: str, level: Level = "info", stream: TextIO | None = None) -> None:
+    """Set up logging for this process, named ``process`` in each entry. Call it once, at the start.
+
+    ``stream`` is where to write, None for standard error.
+    """
+    stream = stream or sys.stderr
 
     def name_process(_: Any, __: str, entry: MutableMapping[str, Any]) -> MutableMapping[str, Any]:
         entry["process"] = process
@@ -37,16 +41,18 @@ def configure(process: str, level: Level = "info") -> None:
         wrapper_class=structlog.stdlib.BoundLogger,
         cache_logger_on_first_use=True,
     )
-    handler = logging.StreamHandler(sys.stderr)
+    handler = logging.StreamHandler(stream)
     handler.setFormatter(
-        structlog.stdlib.ProcessorFormatter(foreign_pre_chain=common, processors=[_strip, *_renderers()])
+        structlog.stdlib.ProcessorFormatter(
+            foreign_pre_chain=common, processors=[_strip, *_renderers(stream)]
+        )
     )
     logging.basicConfig(handlers=[handler], level=_threshold("warning"), force=True)
     logging.getLogger("gateway").setLevel(_threshold(level))
 
 
-def _renderers() -> list[Processor]:
-    if sys.stderr.isatty():
+def _renderers(stream: TextIO) -> list[Processor]:
+    if stream.isatty():
         return [structlog.dev.ConsoleRenderer()]
     return [structlog.processors.format_exc_info, structlog.processors.JSONRenderer()]
 

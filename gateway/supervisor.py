@@ -74,7 +74,7 @@ class Supervisor:
             StartRefusedError: if another gateway runs on the same data folder.
         """
         if running(self._site.data):
-            raise StartRefusedError(Core.refusals[3])
+            raise StartRefusedError(f"another gateway is already running on {self._site.data}")
         self._forget_old_links()
         tasks = [_task(keeper.keep()) for keeper in (*self.helpers, *self.adapters)]
         tasks += [_task(self._keep_core()), _task(self._tell_ready()), _task(self._stop.wait())]

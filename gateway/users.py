@@ -70,6 +70,28 @@ def add_user(path: Path, name: str, role: Role, password: str) -> None:
     _store(path, users)
 
 
+def remove_user(path: Path, name: str) -> bool:
+    """Remove a user; False if there is none of that name.
+
+    Raises:
+        UsersError: if the file is damaged.
+    """
+    users = _load(path)
+    if users.pop(name, None) is None:
+        return False
+    _store(path, users)
+    return True
+
+
+def roles(path: Path) -> dict[str, Role]:
+    """The users and their roles, by name.
+
+    Raises:
+        UsersError: if the file is damaged. A missing file has no users.
+    """
+    return {name: user.role for name, user in sorted(_load(path).items())}
+
+
 def _load(path: Path) -> dict[str, _User]:
     try:
         return dict(msgspec.json.decode(path.read_bytes(), type=_File).users)

@@ -4,25 +4,22 @@ from __future__ import annotations
 
 import socket
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
+from gateway.broker import HOST, BrokerMissingError, EmbeddedBroker
 from gateway.mapping.site import Site
 from gateway.supervise.child import Child
-from gateway.supervise.keeper import Keeper
+from gateway.supervise.keeper import Keeper, StartRefusedError
 
-HOST = "127.0.0.1"
 USUAL_PORT = 1883
 
 
 class Broker(Keeper):
     """Keeps the embedded broker running, always at the same address."""
 
-    def __init__(self, folder: Path, port: int, log: int | None = None) -> None:
-        """``folder`` holds its configuration and what it stores; it listens on loopback at ``port``."""
+    def __init__(self, broker: EmbeddedBroker, log: int | None = None) -> None:
         super().__init__("broker")
-        self._folder = folder
-        self.port = port
+        self._broker = broker
         self._log = log
 
     @classmethod
@@ -30,7 +27,7 @@ class Broker(Keeper):
         """The broker that a site asks for with ``broker: embedded``; on the usual port if it is free."""
         if not any(cls.serves(section) for section in site.mqtt):
             return None
-        return cls(site.data / "broker", free_port(USUAL_PORT), log)
+        return cls(EmbeddedBroker(port=free_port(USUAL_PORT), folder=site.data / "broker"), log)
 
     @staticmethod
     def serves(section: Mapping[str, Any]) -> bool:
@@ -40,25 +37,34 @@ class Broker(Keeper):
     @property
     def address(self) -> str:
         """Where clients find it: ``mqtt://127.0.0.1:1883``."""
-        return f"mqtt://{HOST}:{self.port}"
+        return self._broker.url
+
+    @property
+    def port(self) -> int:
+        """The port that it listens on."""
+        return self._broker.port
 
     async def start(self) -> Child:
-        from gateway.broker import binary, config_text
-
-        self._folder.mkdir(parents=True, exist_ok=True)
-        config = self._folder / "server.conf"
-        config.write_text(config_text(self._folder / "store", self.port))
-        return Child([str(binary()), "-c", str(config)], log=self._log)
+        try:
+            return Child(self._broker.command(), log=self._log)
+        except BrokerMissingError as error:
+            raise StartRefusedError(str(error)) from error
 
 
 def free_port(wanted: int) -> int:
-    """``wanted`` if nothing listens there on loopback, else a port that is free at this moment."""
-    for port in (wanted, 0):
-        with socket.socket() as probe:
-            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            try:
-                probe.bind((HOST, port))
-            except OSError:
-                continue
-            return int(probe.getsockname()[1])
-    raise OSError("no port is free on loopback")
+    """``wanted`` if nothing listens there on loopback, else a port that is free at this moment.
+
+    Raises:
+        OSError: if there is none.
+    """
+    try:
+        return _bindable(wanted)
+    except OSError:
+        return _bindable(0)
+
+
+def _bindable(port: int) -> int:
+    with socket.socket() as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        probe.bind((HOST, port))
+        return int(probe.getsockname()[1])

@@ -25,7 +25,9 @@ _log = structlog.get_logger(__name__)
 class Core(Keeper):
     """Keeps the core running. `up` is set from its ready line to its end."""
 
-    refusals: ClassVar[Mapping[int, str]] = {3: "another gateway is already running on this data folder"}
+    refusals: ClassVar[Mapping[int, str]] = {
+        3: "the data folder cannot be had: another gateway runs on it, or it cannot be written"
+    }
 
     def __init__(self, argv: Callable[[int], Sequence[str]], log: int | None = None) -> None:
         """``argv`` makes the command line, given the number of the control socket."""

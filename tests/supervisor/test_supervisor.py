@@ -92,7 +92,7 @@ async def test_a_port_given_by_hand_needs_no_simulator(stage: Stage, tmp_path: P
 
 async def test_exit_code_3_of_the_core_is_final(stage: Stage, tmp_path: Path) -> None:
     stage.core_words = ("3",)
-    with pytest.raises(StartRefusedError, match="already running"):
+    with pytest.raises(StartRefusedError, match="cannot be had"):
         await asyncio.wait_for(Supervisor(small_site(tmp_path), programs=stage).run(), 10)
 
 

@@ -1,0 +1,1 @@
+"""What the commands share: finding a site and its core, reading words from people, writing answers."""

@@ -1,0 +1,114 @@
+"""Answers on standard output: for people in words, with ``--json`` for programs, one object a line."""
+
+from __future__ import annotations
+
+import sys
+from datetime import UTC, datetime
+from typing import Any
+
+import msgspec
+import typer
+from rich.console import Console
+
+from gateway.bridge.api import PointInfo
+from gateway.tag import Outcome, Sample, Value, Verdict
+
+
+def say(text: str) -> None:
+    """One line to standard output, at once."""
+    sys.stdout.write(text + "\n")
+    sys.stdout.flush()
+
+
+def console() -> Console:
+    """Standard output for tables; wide where it is no terminal, so that nothing is cut off."""
+    return Console(width=None if sys.stdout.isatty() else 240, highlight=False)
+
+
+def say_json(thing: Any) -> None:
+    """One JSON object on a line of its own."""
+    say(msgspec.json.encode(thing).decode())
+
+
+def moment(time: int) -> str:
+    """Nanoseconds since 1970 as ``2026-11-24T07:05:00.123Z``."""
+    seconds, rest = divmod(time, 1_000_000_000)
+    clock = datetime.fromtimestamp(seconds, UTC).strftime("%Y-%m-%dT%H:%M:%S")
+    return f"{clock}.{rest // 1_000_000:03}Z"
+
+
+def value_text(sample: Sample, point: PointInfo) -> str:
+    """A sample's value as a person reads it: ``59.98 Hz``, ``line``, ``on``; why there is none, if so."""
+    if sample.value is None:
+        return f"- ({sample.reason})" if sample.reason else "-"
+    return sample.text or with_unit(sample.value, point)
+
+
+def with_unit(value: Value, point: PointInfo) -> str:
+    """A value with its unit, to as many decimals as one count of the register is worth."""
+    if isinstance(value, bool):
+        return "on" if value else "off"
+    text = f"{value:.{_decimals(point.step)}f}" if isinstance(value, float) else str(value)
+    return f"{text} {point.unit}" if point.unit else text
+
+
+def sample_line(sample: Sample, point: PointInfo) -> str:
+    """One sample on one line."""
+    return f"{moment(sample.time)}  {sample.tag}  {value_text(sample, point)}  {sample.quality}"
+
+
+def sample_object(sample: Sample, point: PointInfo) -> dict[str, Any]:
+    """A sample for programs; the shape stands in docs/cli.md."""
+    return {
+        "tag": sample.tag,
+        "value": sample.value,
+        "text": sample.text,
+        "unit": point.unit,
+        "quality": sample.quality,
+        "severity": sample.quality.severity,
+        "time": moment(sample.time),
+        "age": sample.age,
+        "reason": sample.reason,
+    }
+
+
+def outcome_object(outcome: Outcome) -> dict[str, Any]:
+    """An outcome for programs; the shape stands in docs/cli.md."""
+    return {
+        "verdict": outcome.verdict,
+        "cause": outcome.cause,
+        "reason": outcome.reason,
+        "code": outcome.code,
+        "drive_error": outcome.drive_error,
+        "value": outcome.value,
+        "asked": _moment_or_none(outcome.asked),
+        "sent": _moment_or_none(outcome.sent),
+        "done": _moment_or_none(outcome.done),
+    }
+
+
+def finish(asked: str, outcome: Outcome, as_json: bool) -> None:
+    """Print what became of a write or command, and end the program: 0 if it was confirmed, else 1."""
+    if as_json:
+        say_json(outcome_object(outcome))
+    else:
+        say(outcome_line(asked, outcome))
+    raise typer.Exit(0 if outcome.verdict is Verdict.CONFIRMED else 1)
+
+
+def outcome_line(what: str, outcome: Outcome) -> str:
+    """An outcome on one line: what was asked, what became of it, and why if not confirmed."""
+    why = f": {outcome.reason or outcome.cause}" if outcome.reason or outcome.cause else ""
+    shown = f" (the drive shows {outcome.value})" if outcome.value is not None else ""
+    return f"{outcome.verdict}  {what}{why}{shown}"
+
+
+def _moment_or_none(time: int) -> str | None:
+    return moment(time) if time else None
+
+
+def _decimals(step: float | None) -> int:
+    """Decimals that a step of 0.01 needs: 2."""
+    if not step:
+        return 3
+    return len(f"{step:.6f}".rstrip("0").partition(".")[2])

@@ -1,0 +1,63 @@
+"""Site files for commands: loaded, or refused with everything that is wrong in them."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+
+from gateway.mapping.finding import Finding
+from gateway.mapping.load import load_site
+from gateway.mapping.site import Site
+from gateway.terminal.errors import CommandError, UsageError
+from gateway.terminal.words import nearest, split
+
+
+class WrongSiteError(CommandError):
+    """The site file has errors; the message is one finding a line."""
+
+    prefix = ""
+
+
+def load(path: Path) -> Site:
+    """The site of a file; its warnings go to standard error.
+
+    Raises:
+        WrongSiteError: if the file or a profile that it uses has errors.
+    """
+    site, findings = load_site(path)
+    if site is None:
+        raise WrongSiteError(listed(findings))
+    if findings:
+        sys.stderr.write(listed(findings) + "\n")
+    return site
+
+
+def listed(findings: Iterable[Finding]) -> str:
+    """One finding a line: ``file:line:column: message (remedy)``."""
+    return "\n".join(str(finding) for finding in findings)
+
+
+def read_ports(site: Site, words: Iterable[str]) -> dict[str, str]:
+    """``NAME=PORT`` words as ports by line name.
+
+    Raises:
+        UsageError: if a line is unknown.
+    """
+    ports = dict(split(word) for word in words)
+    chosen_lines(site, ports)
+    return ports
+
+
+def chosen_lines(site: Site, words: Iterable[str]) -> list[str]:
+    """The named lines, all lines if none is named.
+
+    Raises:
+        UsageError: if a line is unknown.
+    """
+    names = [line.name for line in site.lines]
+    chosen = list(words)
+    for name in chosen:
+        if name not in names:
+            raise UsageError(f"there is no line {name!r}{nearest(name, names)}")
+    return chosen or names

@@ -1,0 +1,152 @@
+"""Words from the command line turned into tags and values. Pure."""
+
+from __future__ import annotations
+
+import difflib
+import fnmatch
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import TypeVar
+
+from gateway.bridge.api import Catalogue, CommandInfo, DriveInfo, PointInfo
+from gateway.tag import Value, ValueType, tag_of
+from gateway.terminal.errors import UsageError
+
+_T = TypeVar("_T")
+
+TRUE, FALSE = ("true", "on", "yes", "1"), ("false", "off", "no", "0")
+MONITORED = ("status", "measurement", "fault")
+
+
+def points_by_tag(catalogue: Catalogue) -> dict[str, PointInfo]:
+    """Every point of every drive, by tag, in the order of the catalogue."""
+    return {tag_of(drive.name, point.name): point for drive in catalogue.drives for point in drive.points}
+
+
+def select(catalogue: Catalogue, patterns: Iterable[str]) -> list[str]:
+    """The readable tags that the patterns name (``fan-1.*``), each once; without patterns, everything
+    that is monitored.
+
+    Raises:
+        UsageError: if a pattern names nothing.
+    """
+    points = {tag: point for tag, point in points_by_tag(catalogue).items() if point.readable}
+    wanted = list(patterns)
+    if not wanted:
+        return [tag for tag, point in points.items() if point.kind in MONITORED]
+    found: dict[str, None] = {}
+    for pattern in wanted:
+        hits = fnmatch.filter(points, pattern)
+        if not hits:
+            raise UsageError(f"no readable tag matches {pattern!r}{nearest(pattern, points)}")
+        found.update(dict.fromkeys(hits))
+    return list(found)
+
+
+def find_point(catalogue: Catalogue, tag: str) -> PointInfo:
+    """The point of a tag.
+
+    Raises:
+        UsageError: if there is none.
+    """
+    return _find(points_by_tag(catalogue), tag, "tag")
+
+
+def find_drive(catalogue: Catalogue, name: str) -> DriveInfo:
+    """The drive of that name. Raises UsageError if there is none."""
+    return _find({drive.name: drive for drive in catalogue.drives}, name, "drive")
+
+
+def find_command(drive: DriveInfo, name: str) -> CommandInfo:
+    """The command of a drive. Raises UsageError if there is none."""
+    return _find({command.name: command for command in drive.commands}, name, f"command of {drive.name}")
+
+
+def arguments(command: CommandInfo, words: Sequence[str]) -> dict[str, Value]:
+    """``NAME=VALUE`` words as the arguments of a command.
+
+    Raises:
+        UsageError: if a name is unknown, given twice or missing, or a value cannot be read.
+    """
+    known = {argument.name: argument for argument in command.args}
+    values: dict[str, Value] = {}
+    for word in words:
+        name, text = split(word)
+        argument = _find(known, name, f"argument of {command.name}")
+        if name in values:
+            raise UsageError(f"{name} is given twice")
+        values[name] = read_value(text, argument.type, argument.values)
+    missing = [name for name in known if name not in values]
+    if missing:
+        raise UsageError(f"{command.name} needs {' '.join(f'{name}=VALUE' for name in missing)}")
+    return values
+
+
+def split(word: str) -> tuple[str, str]:
+    """Both sides of ``NAME=VALUE``. Raises UsageError if there is no ``=``."""
+    name, sign, text = word.partition("=")
+    if not (sign and name and text):
+        raise UsageError(f"NAME=VALUE is expected, not {word!r}")
+    return name, text
+
+
+def read_value(text: str, type: ValueType, values: Mapping[int, str]) -> Value:
+    """A value as a person writes it; an enumeration by number or name.
+
+    Raises:
+        UsageError: if it is not of that type. A number that is not finite never is.
+    """
+    if values:
+        return _read_choice(text, values)
+    return _READERS[type](text)
+
+
+def nearest(word: str, known: Iterable[str]) -> str:
+    """`` (did you mean x?)`` when something known is spelled like ``word``, else nothing."""
+    close = difflib.get_close_matches(word, list(known), n=1)
+    return f" (did you mean {close[0]}?)" if close else ""
+
+
+def _find(known: Mapping[str, _T], name: str, what: str) -> _T:
+    if name not in known:
+        raise UsageError(f"there is no {what} {name!r}{nearest(name, known)}")
+    return known[name]
+
+
+def _read_choice(text: str, values: Mapping[int, str]) -> Value:
+    if text in values.values():
+        return text
+    if text.isdecimal() and int(text) in values:
+        return int(text)
+    raise UsageError(f"{text!r} is none of {', '.join(values.values())}{nearest(text, values.values())}")
+
+
+def _read_boolean(text: str) -> Value:
+    if text.lower() in TRUE + FALSE:
+        return text.lower() in TRUE
+    raise UsageError(f"{text!r} is neither true nor false")
+
+
+def _read_integer(text: str) -> Value:
+    try:
+        return int(text)
+    except ValueError:
+        raise UsageError(f"{text!r} is not a whole number") from None
+
+
+def _read_number(text: str) -> Value:
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        raise UsageError(f"{text!r} is not a number")
+    return number
+
+
+_READERS: Mapping[ValueType, Callable[[str], Value]] = {
+    ValueType.BOOLEAN: _read_boolean,
+    ValueType.INTEGER: _read_integer,
+    ValueType.NUMBER: _read_number,
+    ValueType.TEXT: str,
+}

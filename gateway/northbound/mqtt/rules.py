@@ -77,8 +77,10 @@ class Filter:
     """
 
     rule: Rule
-    discrete: bool
-    """The value is a bit, a text or an enumeration: each change is told at once."""
+    analog: bool
+    """The value is a number that means an amount, so that a deadband makes sense."""
+    prompt: bool
+    """A change is told at once instead of at its time: bits, enumerations, and what can be written."""
     _due: float = float("-inf")
     _told: tuple[Quality, Value] | None = None
     _told_at: float = 0.0
@@ -86,8 +88,8 @@ class Filter:
     @classmethod
     def of(cls, rule: Rule, point: PointInfo) -> Filter:
         """The filter of a point."""
-        numeric = point.type in (ValueType.NUMBER, ValueType.INTEGER) and not point.values
-        return cls(rule, discrete=not numeric)
+        analog = point.type in (ValueType.NUMBER, ValueType.INTEGER) and not point.values
+        return cls(rule, analog=analog, prompt=point.writable or not analog)
 
     def due(self, sample: Sample, now: float) -> bool:
         """True when this reading counts: the period is over, or something changed that cannot wait.
@@ -103,19 +105,20 @@ class Filter:
 
     def tell(self, sample: Sample, now: float) -> bool:
         """True when a due reading is to replace the state that was told last; remembers it as told."""
-        if not (self._urgent(sample) or self._moved(sample.value) or self._silent_too_long(now)):
+        if not (self._new_quality(sample) or self._moved(sample.value) or self._silent_too_long(now)):
             return False
         self._told, self._told_at = (sample.quality, sample.value), now
         return True
 
     def _urgent(self, sample: Sample) -> bool:
-        if self._told is None or sample.quality is not self._told[0]:
-            return True
-        return self.discrete and sample.value != self._told[1]
+        return self._new_quality(sample) or (self.prompt and self._moved(sample.value))
+
+    def _new_quality(self, sample: Sample) -> bool:
+        return self._told is None or sample.quality is not self._told[0]
 
     def _moved(self, value: Value) -> bool:
         last = self._told[1] if self._told else None
-        if isinstance(value, int | float) and isinstance(last, int | float):
+        if self.analog and isinstance(value, int | float) and isinstance(last, int | float):
             return abs(value - last) > self.rule.deadband
         return value != last
 

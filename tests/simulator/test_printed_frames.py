@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import pytest
-from tests.simulator.master import Master
-from tests.simulator.plant import drive
 
 from gateway.simulator import frame
+from tests.simulator.master import Master
+from tests.simulator.plant import drive
 
 PRINTED = [
     "05 03 00 01 00 01 D4 4E",

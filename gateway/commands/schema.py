@@ -23,7 +23,7 @@ def schema(which: Annotated[Which, typer.Argument(help="The kind of file.")]) ->
     """Print the JSON Schema of profiles or site files, for completion and checks in an editor."""
     import json
 
-    from gateway.mapping.schema import schema_of
+    from gateway.mapping import schema as schemas
     from gateway.terminal.output import say
 
-    say(json.dumps(schema_of(which.value), indent=2))
+    say(json.dumps(schemas.schema(which.value), indent=2))

@@ -23,8 +23,11 @@ def check(resolved: Resolved, stem: str, report: Report) -> None:
     """Complain about everything in a profile that does not fit; ``stem`` is the file's own name."""
     profile = resolved.profile
     if profile.name != stem:
-        report.error(("profile",), f"the profile `{profile.name}` stands in a file named `{stem}`",
-                     "make both the same")  # fmt: skip
+        report.error(
+            ("profile",),
+            f"the profile `{profile.name}` stands in a file named `{stem}`",
+            "make both the same",
+        )
     _check_overlap(resolved.layout.claims, report)
     for point in profile.points.values():
         _check_point(point, resolved.layout.keys[point.name], resolved, report)
@@ -42,8 +45,12 @@ def _check_overlap(claims: Iterable[Claim], report: Report) -> None:
         other = _rival(claim, seen)
         if other is not None:
             register, bit = divmod(max(claim.first, other.first), 16)
-            report.error(claim.path, f"`{claim.name}` and `{other.name}` share bit {bit} of {register:04X}H",
-                         "correct the address, the bits or the width", key=True)  # fmt: skip
+            report.error(
+                claim.path,
+                f"`{claim.name}` and `{other.name}` share bit {bit} of {register:04X}H",
+                "correct the address, the bits or the width",
+                key=True,
+            )
         for bit in range(claim.first, claim.last + 1):
             seen.setdefault((claim.table, bit), []).append(claim)
 
@@ -63,24 +70,42 @@ def _check_point(point: Point, keys: Inherited, resolved: Resolved, report: Repo
     _check_functions(point, keys, resolved.profile, report)
     if point.limits is not None:
         _check_limits(point, point.limits, keys, resolved, report)
-    if point.kind is Kind.SETPOINT and point.access.writable and point.limits is None and not point.encoding.values:
+    if (
+        point.kind is Kind.SETPOINT
+        and point.access.writable
+        and point.limits is None
+        and not point.encoding.values
+    ):
         report.warn(keys.path, f"the setpoint `{point.name}` has no `range`", "add one", key=True)
     if point.kind is Kind.PARAMETER and point.access.writable and point.wear is None:
-        report.warn(keys.path, f"the parameter `{point.name}` does not tell its `wear`",
-                    "add the number of writes that it lasts, or unknown", key=True)  # fmt: skip
+        report.warn(
+            keys.path,
+            f"the parameter `{point.name}` does not tell its `wear`",
+            "add the number of writes that it lasts, or unknown",
+            key=True,
+        )
 
 
 def _check_size(point: Point, keys: Inherited, profile: Profile, report: Report) -> None:
     modbus = profile.modbus
-    for limit, needed in ((modbus.read_max, point.access.readable), (modbus.write_max, point.access.writable)):
+    for limit, needed in (
+        (modbus.read_max, point.access.readable),
+        (modbus.write_max, point.access.writable),
+    ):
         if needed and point.words > limit:
-            report.error(keys.place("type"), f"`{point.name}` has {point.words} registers, "
-                         f"a request at most {limit}", "correct the type or the limit")  # fmt: skip
+            report.error(
+                keys.place("type"),
+                f"`{point.name}` has {point.words} registers, a request at most {limit}",
+                "correct the type or the limit",
+            )
             return
     for low, high in modbus.holes:
         if point.address <= high and point.address + point.words > low:
-            report.error((*keys.path, "at"), f"`{point.name}` lies in the hole {low:04X}H to {high:04X}H",
-                         "correct one of them")  # fmt: skip
+            report.error(
+                (*keys.path, "at"),
+                f"`{point.name}` lies in the hole {low:04X}H to {high:04X}H",
+                "correct one of them",
+            )
 
 
 def _check_times(point: Point, keys: Inherited, resolved: Resolved, report: Report) -> None:
@@ -110,16 +135,23 @@ def _check_functions(point: Point, keys: Inherited, profile: Profile, report: Re
     functions = profile.modbus.functions
     needed = READ_INPUT if point.table is Table.INPUT else READ_HOLDING
     if point.access.readable and needed not in functions:
-        report.error((*keys.path, "at"), f"`{point.name}` cannot be read without function {needed:02X}H",
-                     "add it to `functions`")  # fmt: skip
+        report.error(
+            (*keys.path, "at"),
+            f"`{point.name}` cannot be read without function {needed:02X}H",
+            "add it to `functions`",
+        )
     if not point.access.writable:
         return
     if point.table is Table.INPUT:
-        report.error((*keys.path, "at"), f"`{point.name}` is an input register and cannot be written",
-                     "give it a kind that is only read")  # fmt: skip
+        report.error(
+            (*keys.path, "at"),
+            f"`{point.name}` is an input register and cannot be written",
+            "give it a kind that is only read",
+        )
     elif not {WRITE_ONE, WRITE_MANY} & set(functions) or (point.words > 1 and WRITE_MANY not in functions):
-        report.error((*keys.path, "at"), f"no function of the drive can write `{point.name}`",
-                     "add 10H to `functions`")  # fmt: skip
+        report.error(
+            (*keys.path, "at"), f"no function of the drive can write `{point.name}`", "add 10H to `functions`"
+        )
 
 
 def _check_limits(point: Point, limits: Limits, keys: Inherited, resolved: Resolved, report: Report) -> None:
@@ -132,11 +164,18 @@ def _check_limits(point: Point, limits: Limits, keys: Inherited, resolved: Resol
     if span is None or isinstance(low, str) or isinstance(high, str):
         return
     if low < span[0] or high > span[1]:
-        report.warn(place, f"the range of `{point.name}` goes beyond {in_words(span[0])} to {in_words(span[1])}, "
-                    "which its counts reach", "correct the range or the unit")  # fmt: skip
+        report.warn(
+            place,
+            f"the range of `{point.name}` goes beyond {in_words(span[0])} to {in_words(span[1])}, "
+            "which its counts reach",
+            "correct the range or the unit",
+        )
     elif point.encoding.symbol is not None and (high - low) * _COARSEST < span[1] - span[0]:
-        report.warn(place, f"the range of `{point.name}` uses less than 1/{_COARSEST} of its counts",
-                    "see whether the unit is right")  # fmt: skip
+        report.warn(
+            place,
+            f"the range of `{point.name}` uses less than 1/{_COARSEST} of its counts",
+            "see whether the unit is right",
+        )
 
 
 def _check_bound(bound: str, point: Point, keys: Inherited, resolved: Resolved, report: Report) -> None:
@@ -147,8 +186,11 @@ def _check_bound(bound: str, point: Point, keys: Inherited, resolved: Resolved, 
         return
     symbol = target.encoding.symbol if isinstance(target, Point) else target.symbol
     if symbol != point.encoding.symbol:
-        report.error(place, f"`{bound}` is in {symbol or 'counts'}, `{point.name}` in "
-                     f"{point.encoding.symbol or 'counts'}", "give both the same unit")  # fmt: skip
+        report.error(
+            place,
+            f"`{bound}` is in {symbol or 'counts'}, `{point.name}` in {point.encoding.symbol or 'counts'}",
+            "give both the same unit",
+        )
 
 
 def _check_names(resolved: Resolved, report: Report) -> None:
@@ -156,7 +198,9 @@ def _check_names(resolved: Resolved, report: Report) -> None:
         path = resolved.layout.keys[point.name].path
         meaning = names.misused(point)
         if meaning:
-            report.warn(path, f"`{point.name}` is a shared name and means {meaning}", "use another name", key=True)
+            report.warn(
+                path, f"`{point.name}` is a shared name and means {meaning}", "use another name", key=True
+            )
         _check_near(point.name, path, list(names.STANDARD), report)
     for command in resolved.profile.commands:
         _check_near(command, ("commands", command), list(names.COMMANDS), report)
@@ -165,8 +209,12 @@ def _check_names(resolved: Resolved, report: Report) -> None:
 def _check_near(name: str, path: tuple[str | int, ...], standard: list[str], report: Report) -> None:
     known = names.near_miss(name, standard)
     if known:
-        report.warn(path, f"`{name}` looks like the shared name `{known}`", f"if it means that, name it `{known}`",
-                    key=True)  # fmt: skip
+        report.warn(
+            path,
+            f"`{name}` looks like the shared name `{known}`",
+            f"if it means that, name it `{known}`",
+            key=True,
+        )
 
 
 def _check_words(resolved: Resolved, report: Report) -> None:
@@ -178,8 +226,13 @@ def _check_words(resolved: Resolved, report: Report) -> None:
         whole = any(point.access.readable for point in fields)
         if written and not word.image and not whole:
             path = resolved.layout.keys[written[0].name].path
-            report.error(path[:-2], f"`{written[0].name}` is written, but the rest of {word.address:04X}H is "
-                         "neither read nor kept", "add `image: true`", key=True)  # fmt: skip
+            report.error(
+                path[:-2],
+                f"`{written[0].name}` is written, but the rest of {word.address:04X}H is "
+                "neither read nor kept",
+                "add `image: true`",
+                key=True,
+            )
 
 
 def _check_probe(profile: Profile, report: Report) -> None:
@@ -189,7 +242,9 @@ def _check_probe(profile: Profile, report: Report) -> None:
         if LOOP_BACK not in profile.modbus.functions:
             report.error(place, "`loop_back` needs function 08H", "add it to `functions`, or name a point")
     elif not probe:
-        report.unknown_name(("groups",), "no point can be read, so the drive can never be seen", "add one", key=True)
+        report.unknown_name(
+            ("groups",), "no point can be read, so the drive can never be seen", "add one", key=True
+        )
     elif probe not in profile.points:
         report.unknown_name(place, f"`{probe}` is no point", "name a point, or loop_back")
     elif not profile.points[probe].access.readable:
@@ -199,7 +254,9 @@ def _check_probe(profile: Profile, report: Report) -> None:
 def _check_commands(profile: Profile, report: Report) -> None:
     runs = [name for name in profile.commands if name.startswith("run_")]
     if runs and "stop" not in profile.commands:
-        report.unknown_name(("commands", runs[0]), f"there is `{runs[0]}`, but no command `stop`", "add it", key=True)
+        report.unknown_name(
+            ("commands", runs[0]), f"there is `{runs[0]}`, but no command `stop`", "add it", key=True
+        )
 
 
 def _check_settings(resolved: Resolved, report: Report) -> None:

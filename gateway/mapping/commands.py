@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import pairwise
 from types import MappingProxyType
 
 from gateway.mapping import forms
@@ -26,7 +27,12 @@ class CommandMaker:
     """Makes the commands of one profile."""
 
     def __init__(
-        self, points: Mapping[str, Point], modbus: ModbusFacts, conditions: Conditions, sources: Sources, report: Report
+        self,
+        points: Mapping[str, Point],
+        modbus: ModbusFacts,
+        conditions: Conditions,
+        sources: Sources,
+        report: Report,
     ) -> None:
         self._points = points
         self._modbus = modbus
@@ -52,19 +58,27 @@ class CommandMaker:
 
     def _role(self, steps: tuple[Step, ...]) -> Role:
         """The least role that covers everything the command writes."""
-        roles = [p.role for step in steps for name in step.write if (p := self._points[name]).role is not None]
+        roles = [
+            p.role for step in steps for name in step.write if (p := self._points[name]).role is not None
+        ]
         return max([Role.OPERATOR, *roles], key=list(Role).index)
 
     def _check_args(self, raw: RawCommand, path: Path) -> None:
-        filled = {p.name for step in raw.steps for text in step.write.values() if (p := forms.placeholder(text))}
+        filled = {
+            p.name for step in raw.steps for text in step.write.values() if (p := forms.placeholder(text))
+        }
         for name, point in raw.args.items():
             place = (*path, "args", name)
             if point not in self._points:
                 remedy = nearest(point, list(self._points))
                 self._report.unknown_name(place, f"`{point}` is no point", remedy)
             if name not in filled:
-                self._report.error(place, f"the argument `{name}` is never used",
-                                   f"write <{name}> in a step, or leave it out", key=True)  # fmt: skip
+                self._report.error(
+                    place,
+                    f"the argument `{name}` is never used",
+                    f"write <{name}> in a step, or leave it out",
+                    key=True,
+                )
 
     def _step(self, raw: RawStep, command: RawCommand, path: Path) -> Step:
         write: dict[str, Constant | Argument] = {}
@@ -91,8 +105,11 @@ class CommandMaker:
         if filled is None:
             return self._constant(text, point, path)
         if filled.name not in command.args:
-            self._report.error(path, f"`<{filled.name}>` is no argument of the command",
-                               nearest(filled.name, list(command.args)))  # fmt: skip
+            self._report.error(
+                path,
+                f"`<{filled.name}>` is no argument of the command",
+                nearest(filled.name, list(command.args)),
+            )
         elif self._points.get(command.args[filled.name]) not in (None, point):
             self._check_lent(point, self._points[command.args[filled.name]], path)
         return Argument(filled.name, filled.negate)
@@ -101,8 +118,11 @@ class CommandMaker:
         """An argument that was checked in one point's terms must mean the same in another's."""
         ours, theirs = point.encoding, lender.encoding
         if (ours.symbol, ours.value_type, ours.values) != (theirs.symbol, theirs.value_type, theirs.values):
-            self._report.error(path, f"`{point.name}` and `{lender.name}` do not mean the same",
-                               "let the argument take its unit from the point that is written")  # fmt: skip
+            self._report.error(
+                path,
+                f"`{point.name}` and `{lender.name}` do not mean the same",
+                "let the argument take its unit from the point that is written",
+            )
 
     def _constant(self, text: str, point: Point, path: Path) -> Constant | None:
         try:
@@ -113,10 +133,15 @@ class CommandMaker:
         limits = point.limits
         for bound, outside in ((limits.low, value.__lt__), (limits.high, value.__gt__)) if limits else ():
             if not isinstance(bound, str) and outside(bound):
-                self._report.error(path, f"{text} is beyond the limit {in_words(bound)} of `{point.name}`",
-                                   "correct the value or the range")  # fmt: skip
+                self._report.error(
+                    path,
+                    f"{text} is beyond the limit {in_words(bound)} of `{point.name}`",
+                    "correct the value or the range",
+                )
         if int(value) in point.danger and point.encoding.scale == 1:
-            self._report.warn(path, f"this does harm: {point.danger[int(value)]}", "be sure that it is wanted")
+            self._report.warn(
+                path, f"this does harm: {point.danger[int(value)]}", "be sure that it is wanted"
+            )
         return Constant(value)
 
     def _check_together(self, points: list[Point], path: Path) -> None:
@@ -125,13 +150,23 @@ class CommandMaker:
             self._report.error(path, "the step writes two tables", "make it two steps", key=True)
             return
         spans = sorted({(point.address, point.address + point.words) for point in points})
-        for (_, end), (start, _) in zip(spans, spans[1:], strict=False):
+        for (_, end), (start, _) in pairwise(spans):
             if start != end:
-                self._report.error(path, f"{end - 1:04X}H and {start:04X}H do not lie together",
-                                   "make it two steps", key=True)  # fmt: skip
+                self._report.error(
+                    path,
+                    f"{end - 1:04X}H and {start:04X}H do not lie together",
+                    "make it two steps",
+                    key=True,
+                )
         registers = sum(end - start for start, end in spans)
         if registers > self._modbus.write_max:
-            self._report.error(path, f"the step writes {registers} registers, the drive takes {self._modbus.write_max}",
-                               "make it two steps", key=True)  # fmt: skip
+            self._report.error(
+                path,
+                f"the step writes {registers} registers, the drive takes {self._modbus.write_max}",
+                "make it two steps",
+                key=True,
+            )
         if registers > 1 and WRITE_MANY not in self._modbus.functions:
-            self._report.error(path, "the drive cannot write two registers at once", "make it two steps", key=True)
+            self._report.error(
+                path, "the drive cannot write two registers at once", "make it two steps", key=True
+            )

@@ -58,8 +58,9 @@ class Encodings:
         if isinstance(raw, dict):
             return self.names(raw, path)
         if raw not in self._shared:
-            self._report.unknown_name(path, f"`{raw}` is none of the tables under `values`",
-                                      nearest(raw, list(self._shared)))  # fmt: skip
+            self._report.unknown_name(
+                path, f"`{raw}` is none of the tables under `values`", nearest(raw, list(self._shared))
+            )
         return self._shared.get(raw, MappingProxyType({}))
 
     def names(self, table: ValueTable, path: Path) -> Mapping[int, str]:
@@ -75,8 +76,9 @@ class Encodings:
 
     def _once(self, raw: int, entry: NamedValue, known: Mapping[int, str], path: Path) -> None:
         if raw in known:
-            self._report.error(path, f"the raw value {raw} has a name already, `{known[raw]}`", "keep one of them",
-                               key=True)  # fmt: skip
+            self._report.error(
+                path, f"the raw value {raw} has a name already, `{known[raw]}`", "keep one of them", key=True
+            )
         elif entry.name in known.values():
             self._report.error(path, f"the name `{entry.name}` stands for two raw values", "use another name")
 
@@ -109,12 +111,18 @@ class Encodings:
         span = raw_span(encoding)
         for key, table in (("values", encoding.values), ("special", encoding.special)):
             if table and span is None:
-                self._report.error(keys.place(key), f"`{key}` cannot stand beside `type: {encoding.type}`",
-                                   "leave one of them out")  # fmt: skip
+                self._report.error(
+                    keys.place(key),
+                    f"`{key}` cannot stand beside `type: {encoding.type}`",
+                    "leave one of them out",
+                )
             for raw in table:
                 if span is not None and not span[0] <= raw <= span[1]:
-                    self._report.error(keys.place(key), f"the raw value {raw} of `{key}` does not fit: "
-                                       f"it can be {span[0]} to {span[1]}", "correct the value or the width")  # fmt: skip
+                    self._report.error(
+                        keys.place(key),
+                        f"the raw value {raw} of `{key}` does not fit: it can be {span[0]} to {span[1]}",
+                        "correct the value or the width",
+                    )
 
 
 def raw_span(encoding: Encoding) -> tuple[int, int] | None:

@@ -31,8 +31,16 @@ from gateway.mapping.values import in_words, single_value
 KNOWN_FUNCTIONS = (0x03, 0x04, 0x06, 0x08, 0x10)
 """Function codes that this version can send."""
 WRITE_ONE, WRITE_MANY, LOOP_BACK, READ_HOLDING, READ_INPUT = 0x06, 0x10, 0x08, 0x03, 0x04
-REASONS = ("illegal_function", "illegal_address", "illegal_count", "illegal_value", "locked", "undervoltage",
-           "busy", "drive_failure")  # fmt: skip
+REASONS = (
+    "illegal_function",
+    "illegal_address",
+    "illegal_count",
+    "illegal_value",
+    "locked",
+    "undervoltage",
+    "busy",
+    "drive_failure",
+)
 """What an exception code can mean; each has its OPC UA status."""
 STANDARD_ERRORS = {1: "illegal_function", 2: "illegal_address", 3: "illegal_value", 4: "drive_failure"}
 _LONGEST = {"read_max": 125, "write_max": 123}
@@ -42,8 +50,12 @@ _UNITS = (1, 247)
 def serial_facts(raw: Serial, report: Report) -> SerialFacts:
     """What the drive's serial interface can do."""
     if raw.rtu is None and raw.ascii is None:
-        report.error(("serial",), "neither `rtu` nor `ascii` is there", "list the formats that the drive speaks",
-                     key=True)  # fmt: skip
+        report.error(
+            ("serial",),
+            "neither `rtu` nor `ascii` is there",
+            "list the formats that the drive speaks",
+            key=True,
+        )
     units = raw.units.value if raw.units else _UNITS
     if not 1 <= units[0] <= units[1] <= _UNITS[1]:
         report.error(("serial", "units"), "unit addresses go from 1 to 247", "correct the range")
@@ -70,12 +82,18 @@ def modbus_facts(raw: Modbus, notations: Notations, report: Report) -> ModbusFac
     functions = tuple(raw.functions.value) if raw.functions else ModbusFacts().functions
     for index, code in enumerate(functions):
         if code not in KNOWN_FUNCTIONS:
-            report.error(("modbus", "functions", index), f"function {code:02X}H is not supported by this version",
-                         "leave it out")  # fmt: skip
+            report.error(
+                ("modbus", "functions", index),
+                f"function {code:02X}H is not supported by this version",
+                "leave it out",
+            )
     write_one = raw.write_one.value if raw.write_one else WRITE_ONE if WRITE_ONE in functions else WRITE_MANY
     if raw.write_one and (write_one not in functions or write_one not in (WRITE_ONE, WRITE_MANY)):
-        report.error(("modbus", "write_one"), f"function {write_one:02X}H cannot write one register here",
-                     "use 06H or 10H, and list it in `functions`")  # fmt: skip
+        report.error(
+            ("modbus", "write_one"),
+            f"function {write_one:02X}H cannot write one register here",
+            "use 06H or 10H, and list it in `functions`",
+        )
     return ModbusFacts(
         functions=functions,
         write_one=write_one,
@@ -149,7 +167,9 @@ def _code(text: str, path: Path, report: Report) -> int | None:
 
 def _meaning(entry: ErrorCode, levels: list[Level], sources: Sources, report: Report) -> ErrorMeaning:
     if entry.name not in REASONS:
-        report.error(levels[-1][0], f"`{entry.name}` is not a reason for an error", nearest(entry.name, list(REASONS)))
+        report.error(
+            levels[-1][0], f"`{entry.name}` is not a reason for an error", nearest(entry.name, list(REASONS))
+        )
     return ErrorMeaning(entry.name, entry.help or "", None, sources.of(levels))
 
 
@@ -180,7 +200,9 @@ class SettingMaker:
         if raw.range is None:
             return None, None
         if isinstance(raw.range.low, str) or isinstance(raw.range.high, str):
-            self._report.error((*path, "range"), "the range of a setting has numbers only", "write it like 0..50")
+            self._report.error(
+                (*path, "range"), "the range of a setting has numbers only", "write it like 0..50"
+            )
             return None, None
         return raw.range.low, raw.range.high
 
@@ -188,8 +210,11 @@ class SettingMaker:
         if raw.unit is None:
             return None
         if raw.unit.scale != 1:
-            self._report.error((*path, "unit"), f"a setting counts in ones, not in {in_words(raw.unit.scale)}",
-                               f"write 1 {raw.unit.symbol}")  # fmt: skip
+            self._report.error(
+                (*path, "unit"),
+                f"a setting counts in ones, not in {in_words(raw.unit.scale)}",
+                f"write 1 {raw.unit.symbol}",
+            )
         return raw.unit.symbol
 
     def _with_default(self, setting: Setting, raw: RawSetting, path: Path) -> Setting:

@@ -173,7 +173,9 @@ def truth(text: str) -> bool:
 def name(text: str) -> str:
     """A snake_case name."""
     if not _NAME.fullmatch(text):
-        raise FormError(f"`{text}` is not a name", "use small letters, digits and single _ like output_current")
+        raise FormError(
+            f"`{text}` is not a name", "use small letters, digits and single _ like output_current"
+        )
     return text
 
 

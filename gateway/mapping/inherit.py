@@ -62,5 +62,8 @@ class Sources:
     def _check(self, source: str, path: Path) -> None:
         document = source.partition(" ")[0]
         if document not in self._documents:
-            self._report.unknown_name((*path, "source"), f"`{document}` is none of the documents",
-                                      nearest(document, list(self._documents)))  # fmt: skip
+            self._report.unknown_name(
+                (*path, "source"),
+                f"`{document}` is none of the documents",
+                nearest(document, list(self._documents)),
+            )

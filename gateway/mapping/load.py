@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
+import hashlib
+import re
+import stat
+from collections.abc import Sequence
 from pathlib import Path
 
 from gateway.mapping.check import check
-from gateway.mapping.finding import Finding, Report, in_order
+from gateway.mapping.finding import Finding, Report, has_errors, in_order
 from gateway.mapping.model import RawProfile
+from gateway.mapping.node import Path as Place
 from gateway.mapping.profile import Profile
 from gateway.mapping.reader import read
 from gateway.mapping.resolve import resolve
-from gateway.mapping.shape import validate
+from gateway.mapping.shape import nearest, validate
+from gateway.mapping.site import Site
+from gateway.mapping.sitecheck import check_site
+from gateway.mapping.sitefile import RawSite
+from gateway.mapping.sites import resolve_site
 
 SUFFIX = ".yaml"
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]*")
 
 
 def builtin_mappings() -> Path:
@@ -46,8 +56,96 @@ def profile_of(data: bytes, file: str, stem: str) -> tuple[Profile | None, list[
         check(resolved, stem, report)
         profile = resolved.profile
     found = in_order([*findings, *report.findings])
-    return (None if any(f.severity == "error" for f in found) else profile), found
+    return (None if has_errors(found) else profile), found
+
+
+def load_site(path: Path, extra: Sequence[Path] = ()) -> tuple[Site | None, list[Finding]]:
+    """A site with the profiles that it names, or None when anything has errors; and all findings.
+
+    Profiles are sought in the folders that the site file lists, in ``extra``, beside the site file, and
+    among the built-in ones; the first one counts. Findings of profiles follow those of the site file.
+    """
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        return None, [_unreadable(path, error)]
+    root, findings = read(data, str(path))
+    if root is None:
+        return None, findings
+    report = Report(str(path), root)
+    report.partial = bool(findings)
+    raw = validate(RawSite, report)
+    if raw is None:
+        return None, in_order([*findings, *report.findings])
+    library = _Library(_folders(raw, path, extra), data)
+    profiles = library.of(raw, report)
+    site = resolve_site(raw, path.absolute(), profiles, library.digest.hexdigest(), report)
+    check_site(raw, site, report)
+    _check_files(raw, site, report)
+    found = [*in_order([*findings, *report.findings]), *library.findings]
+    return (None if has_errors(found) else site), found
+
+
+def _folders(raw: RawSite, path: Path, extra: Sequence[Path]) -> list[Path]:
+    listed = [path.parent / folder for folder in raw.profiles]
+    return [*listed, *extra, path.parent, builtin_mappings()]
+
+
+class _Library:
+    """The profiles of one site: each is read once, and counts in the site's digest."""
+
+    def __init__(self, folders: Sequence[Path], site: bytes) -> None:
+        self.folders = folders
+        self.digest = hashlib.sha256(site)
+        self.findings: list[Finding] = []
+
+    def of(self, raw: RawSite, report: Report) -> dict[str, Profile]:
+        """The profiles that a site names, by name; a drive whose profile is not there is an error."""
+        loaded: dict[str, Profile | None] = {}
+        for line, entry in raw.lines.items():
+            for drive, config in entry.drives.items():
+                if config.profile not in loaded:
+                    place = ("lines", line, "drives", drive, "profile")
+                    loaded[config.profile] = self._load(config.profile, place, report)
+        report.partial = report.partial or None in loaded.values()
+        return {name: profile for name, profile in loaded.items() if profile is not None}
+
+    def _load(self, name: str, place: Place, report: Report) -> Profile | None:
+        path = next((file for folder in self.folders if (file := folder / f"{name}{SUFFIX}").is_file()), None)
+        if path is None or not _NAME.fullmatch(name):
+            known = sorted({file.stem for folder in self.folders for file in folder.glob(f"*{SUFFIX}")})
+            report.error(place, f"there is no profile `{name}`", nearest(name, known))
+            return None
+        try:
+            data = path.read_bytes()
+        except OSError as error:
+            self.findings.append(_unreadable(path, error))
+            return None
+        self.digest.update(data)
+        profile, findings = profile_of(data, str(path), path.stem)
+        self.findings += findings
+        return profile
+
+
+def _check_files(raw: RawSite, site: Site, report: Report) -> None:
+    """Files that hold secrets must be there, and must not be open to everybody."""
+    for index, section in enumerate(site.mqtt):
+        for key in ("password_file", "ca_file"):
+            if section[key] is None:
+                continue
+            place = ("mqtt", index, key)
+            file = Path(section[key])
+            if not file.is_file():
+                report.warn(
+                    place,
+                    f"there is no file `{getattr(raw.mqtt[index], key)}`",
+                    "put it there before the start",
+                )
+            elif key == "password_file" and stat.S_IMODE(file.stat().st_mode) & stat.S_IROTH:
+                report.error(place, "everybody on this machine may read this file", "chmod 640 or stricter")
 
 
 def _unreadable(path: Path, error: OSError) -> Finding:
-    return Finding("error", str(path), 1, 1, f"cannot be read: {error.strerror}", "check the path and its rights")
+    return Finding(
+        "error", str(path), 1, 1, f"cannot be read: {error.strerror}", "check the path and its rights"
+    )

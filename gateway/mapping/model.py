@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Annotated, ClassVar, Generic, Literal, TypeVar
 
-from pydantic import Discriminator, Field, Tag
+from pydantic import ConfigDict, Discriminator, Field, Tag
 
 from gateway.mapping.profile import Access, Kind
 from gateway.mapping.scalars import (
@@ -61,7 +61,7 @@ class Document(Entry):
 class Notation(Sourced):
     """How an address of the manual becomes a wire address: a weight for each ``<part>``."""
 
-    model_config = {"extra": "allow"}
+    model_config = ConfigDict(extra="allow")
     __pydantic_extra__: dict[str, Integer] = Field(init=False)
     example: Text
     add: Integer = 0
@@ -233,7 +233,7 @@ class Command(Sourced):
     """A named list of steps."""
 
     help: Text | None = None
-    args: dict[str, Name] = {}
+    args: dict[str, Name] = Field(default_factory=dict)
     only_when: Condition | None = None
     steps: list[Step] = Field(min_length=1)
 
@@ -241,28 +241,28 @@ class Command(Sourced):
 class Addresses(Sourced):
     """Notations by pattern."""
 
-    model_config = {"extra": "allow"}
+    model_config = ConfigDict(extra="allow")
     __pydantic_extra__: dict[str, Notation] = Field(init=False)
 
 
 class Settings(Sourced):
     """Settings by name."""
 
-    model_config = {"extra": "allow"}
+    model_config = ConfigDict(extra="allow")
     __pydantic_extra__: dict[str, Setting] = Field(init=False)
 
 
 class Errors(Sourced):
     """Exception codes by number."""
 
-    model_config = {"extra": "allow"}
+    model_config = ConfigDict(extra="allow")
     __pydantic_extra__: dict[str, ErrorCode] = Field(init=False)
 
 
 class Commands(Sourced):
     """Commands by name."""
 
-    model_config = {"extra": "allow"}
+    model_config = ConfigDict(extra="allow")
     __pydantic_extra__: dict[str, Command] = Field(init=False)
 
 
@@ -280,7 +280,7 @@ class RawProfile(Shape):
     serial: Serial
     modbus: Modbus = Modbus()
     settings: Settings = Settings()
-    values: dict[str, ValueTable] = {}
+    values: dict[str, ValueTable] = Field(default_factory=dict)
     errors: Errors | None = None
     groups: dict[str, Group] = Field(min_length=1)
     commands: Commands = Commands()

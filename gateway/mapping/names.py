@@ -41,8 +41,16 @@ STANDARD: dict[str, str] = {
 }
 """Name of a point to its meaning: one bit, a number, or what its unit measures."""
 
-COMMANDS = ("run_forward", "run_reverse", "stop", "reset_fault", "take_control", "activate_parameters",
-            "store_parameters", "restart")  # fmt: skip
+COMMANDS = (
+    "run_forward",
+    "run_reverse",
+    "stop",
+    "reset_fault",
+    "take_control",
+    "activate_parameters",
+    "store_parameters",
+    "restart",
+)
 """Names of commands."""
 
 _FAMILIES = re.compile(r"(input|terminal|previous_fault|preset_frequency)_\d+|(fault|warning)_[a-z0-9_]+")

@@ -96,15 +96,22 @@ class Notations:
         parts = _PART.findall(pattern)
         weights = notation.weights
         if not parts or set(parts) != set(weights) or len(set(parts)) != len(parts):
-            report.error(path, f"the parts of `{pattern}` and its weights differ", "give each <part> one weight",
-                         key=True)  # fmt: skip
+            report.error(
+                path,
+                f"the parts of `{pattern}` and its weights differ",
+                "give each <part> one weight",
+                key=True,
+            )
             return
         regex = re.compile(r"(\d+)".join(re.escape(piece) for piece in _PART.split(pattern)[::2]), re.ASCII)
         values = tuple(weights[part] for part in parts)
         rule = _Rule(pattern, regex, values, notation.add, Table(notation.table))
         if notation.table in ("coil", "discrete"):
-            report.error((*path, "table"), f"`table: {notation.table}` is not supported by this version",
-                         "leave these points out")  # fmt: skip
+            report.error(
+                (*path, "table"),
+                f"`table: {notation.table}` is not supported by this version",
+                "leave these points out",
+            )
         self._rules.append(rule)
         _prove(rule, notation.example, path, report)
 
@@ -114,11 +121,17 @@ def _prove(rule: _Rule, example: str, path: Path, report: Report) -> None:
     text, equals, stated = (part.strip() for part in example.partition("="))
     computed = rule.apply(text)
     if not equals or computed is None or not _HEX.fullmatch(stated):
-        report.error((*path, "example"), f"`{example}` is no example of `{rule.pattern}`",
-                     "write one pair out of the manual, like Cn-42 = 0229H")  # fmt: skip
+        report.error(
+            (*path, "example"),
+            f"`{example}` is no example of `{rule.pattern}`",
+            "write one pair out of the manual, like Cn-42 = 0229H",
+        )
     elif computed != int(stated[:-1], 16):
-        report.error((*path, "example"), f"the example gives {computed:04X}H, not {stated}",
-                     "correct the weights, `add` or the example")  # fmt: skip
+        report.error(
+            (*path, "example"),
+            f"the example gives {computed:04X}H, not {stated}",
+            "correct the weights, `add` or the example",
+        )
 
 
 def _inside(address: int, text: str) -> None:

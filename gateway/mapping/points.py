@@ -72,7 +72,9 @@ class PointMaker:
         """A register that is a point, or several by ``repeat``."""
         keys = inherit(levels)
         if register.image:
-            self._report.error((*keys.path, "image"), "`image` stands on a point without `bits`", "leave it out")
+            self._report.error(
+                (*keys.path, "image"), "`image` stands on a point without `bits`", "leave it out"
+            )
         first = self._place(register.at, keys.path)
         if first is None:
             return
@@ -90,8 +92,11 @@ class PointMaker:
         place = self._place(register.at, path)
         self._check_name(entry, path)
         if register.repeat or register.stride:
-            self._report.error((*path, "repeat"), "`repeat` beside `bits` is not supported by this version",
-                               "write each register down")  # fmt: skip
+            self._report.error(
+                (*path, "repeat"),
+                "`repeat` beside `bits` is not supported by this version",
+                "write each register down",
+            )
         if place is None or register.bits is None:
             return
         word = Word(place.address, register.image)
@@ -109,7 +114,9 @@ class PointMaker:
         for index, name in self._repeated(entry, raw.repeat, keys.path):
             bit = first + index * (raw.stride or width)
             if bit + width > _REGISTER:
-                self._report.error(keys.path, f"`{name}` ends beyond bit 15", "correct `bit`, `repeat` or `stride`")
+                self._report.error(
+                    keys.path, f"`{name}` ends beyond bit 15", "correct `bit`, `repeat` or `stride`"
+                )
             elif raw.always is not None:
                 self._claim(name, keys.path, place, bit, width, reads=True, writes=True)
                 word = self._constant(word, raw, bit, width, keys)
@@ -135,20 +142,33 @@ class PointMaker:
         cut = point.encoding
         mask = (1 << cut.width) - 1 << cut.bit if point.pulse else 0
         if point.pulse and not point.access.writable:
-            self._report.error((*keys.path, "pulse"), "`pulse` stands on a field that is never written",
-                               "leave it out, or give it a kind that is written")  # fmt: skip
+            self._report.error(
+                (*keys.path, "pulse"),
+                "`pulse` stands on a field that is never written",
+                "leave it out, or give it a kind that is written",
+            )
         return replace(word, pulse_mask=word.pulse_mask | mask, fields=(*word.fields, point.name))
 
     def _point(
-        self, name: str, group: str, place: Place, encoding: Encoding, keys: Inherited, levels: list[Level], help_: str
+        self,
+        name: str,
+        group: str,
+        place: Place,
+        encoding: Encoding,
+        keys: Inherited,
+        levels: list[Level],
+        help_: str,
     ) -> Point:
         traits = keys.traits
         kind = traits.kind or Kind.STATUS
         defaults = KINDS[kind]
         access = traits.access or defaults.access
         if access.writable and defaults.role is None:
-            self._report.error(keys.place("access"), f"kind `{kind}` is never written",
-                               "choose setpoint, switch, command or parameter")  # fmt: skip
+            self._report.error(
+                keys.place("access"),
+                f"kind `{kind}` is never written",
+                "choose setpoint, switch, command or parameter",
+            )
         return Point(
             name=name,
             group=group,
@@ -195,8 +215,12 @@ class PointMaker:
                 self._report.error((*path, key), error.message, error.remedy, key=True)
                 continue
             if low < span[0] or high > min(span[1], 0xFFFF):
-                self._report.error((*path, key), f"`{key}` does not fit: the raw value can be {span[0]} to {span[1]}",
-                                   "correct it", key=True)  # fmt: skip
+                self._report.error(
+                    (*path, key),
+                    f"`{key}` does not fit: the raw value can be {span[0]} to {span[1]}",
+                    "correct it",
+                    key=True,
+                )
                 continue
             result.update(dict.fromkeys(range(low, high + 1), text))
         return MappingProxyType(result)
@@ -231,8 +255,12 @@ class PointMaker:
     def _repeated(self, entry: str, numbers: tuple[int, int] | None, path: Path) -> Iterator[tuple[int, str]]:
         """Index and name of each repeat; one, if there is no ``repeat``."""
         if (numbers is not None) != (_NUMBER in entry):
-            self._report.error(path, f"`{entry}`: `<n>` in the name and `repeat` belong together",
-                               "write both or none", key=True)  # fmt: skip
+            self._report.error(
+                path,
+                f"`{entry}`: `<n>` in the name and `repeat` belong together",
+                "write both or none",
+                key=True,
+            )
             return
         first, last = numbers or (0, 0)
         if first < 0 or last > 0xFFFF:

@@ -20,7 +20,7 @@ MAX_DEPTH = 20
 _ABSENT = ("", "~", "null", "Null", "NULL")
 
 
-class _TooDeep(Exception):
+class _TooDeepError(Exception):
     """Raised to leave a document that nests beyond `MAX_DEPTH`."""
 
 
@@ -78,7 +78,7 @@ class _Reader:
         except yaml.reader.ReaderError as error:
             line = text.count("\n", 0, error.position) + 1
             self.complain((line, 1), "this line holds a character that may not stand in YAML", "remove it")
-        except _TooDeep:
+        except _TooDeepError:
             pass
         return None
 
@@ -98,7 +98,7 @@ class _Reader:
         """The node that starts with ``event``; None when it is not allowed."""
         if depth > MAX_DEPTH:
             self.complain(_mark(event), f"nested deeper than {MAX_DEPTH} levels", "flatten it")
-            raise _TooDeep
+            raise _TooDeepError
         allowed = self._allowed(event)
         node = self._build(event, depth)
         return node if allowed else None

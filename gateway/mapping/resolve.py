@@ -121,7 +121,9 @@ class _Resolver:
                 self._snake_case(name, path)
             if name in first:
                 line = self.report.root.mark(first[name], key=True)[0]
-                self.report.error(path, f"the name `{name}` is taken", f"line {line} has it; use another", key=True)
+                self.report.error(
+                    path, f"the name `{name}` is taken", f"line {line} has it; use another", key=True
+                )
             first.setdefault(name, path)
 
     def _snake_case(self, name: str, path: Path) -> None:

@@ -21,7 +21,7 @@ WHOLE_SCHEMA: dict[str, Any] = {"type": ["integer", "string"]}
 ANY_SCHEMA: dict[str, Any] = {"type": ["boolean", "integer", "number", "string"]}
 
 
-def _of_text(read: Callable[[str], Any]) -> PlainValidator:
+def text_form(read: Callable[[str], Any]) -> PlainValidator:
     """A validator that applies a small form to a text and refuses lists and tables."""
 
     def validate(value: object) -> Any:
@@ -65,23 +65,25 @@ def _wear(text: str) -> int | str:
     return text if text == "unknown" else _count(text)
 
 
-Text = Annotated[str, _of_text(_plain), WithJsonSchema(ANY_SCHEMA)]
-Name = Annotated[str, _of_text(forms.name), WithJsonSchema({"type": "string"})]
-Number = Annotated[Fraction, _of_text(forms.number), WithJsonSchema(NUMBER_SCHEMA)]
-Integer = Annotated[int, _of_text(forms.integer), WithJsonSchema(WHOLE_SCHEMA)]
-Count = Annotated[int, _of_text(_count), WithJsonSchema(WHOLE_SCHEMA)]
-Byte = Annotated[int, _of_text(_unsigned), WithJsonSchema(WHOLE_SCHEMA)]
-Truth = Annotated[bool, _of_text(forms.truth), WithJsonSchema({"type": "boolean"})]
-Span = Annotated[Range, _of_text(forms.span), WithJsonSchema({"type": "string"})]
-WholeSpan = Annotated[tuple[int, int], _of_text(forms.integers_span), WithJsonSchema(WHOLE_SCHEMA)]
-UnitOf = Annotated[Unit, _of_text(forms.unit), WithJsonSchema({"type": "string"})]
-Duration = Annotated[float, _of_text(forms.duration), WithJsonSchema({"type": "string"})]
-Durations = Annotated[tuple[float, float], _of_text(forms.durations), WithJsonSchema({"type": "string"})]
-Bits = Annotated[tuple[int, int], _of_text(forms.bits), WithJsonSchema(WHOLE_SCHEMA)]
-Address = Annotated[str, _of_text(_plain), WithJsonSchema(NUMBER_SCHEMA)]
-Format = Annotated[SerialFormat, _of_text(forms.serial_format), WithJsonSchema({"type": "string"})]
-Wear = Annotated[int | str, _of_text(_wear), WithJsonSchema(WHOLE_SCHEMA)]
-Later = Annotated[None, PlainValidator(_refuse), WithJsonSchema({"not": {}, "description": "not supported yet"})]
+Text = Annotated[str, text_form(_plain), WithJsonSchema(ANY_SCHEMA)]
+Name = Annotated[str, text_form(forms.name), WithJsonSchema({"type": "string"})]
+Number = Annotated[Fraction, text_form(forms.number), WithJsonSchema(NUMBER_SCHEMA)]
+Integer = Annotated[int, text_form(forms.integer), WithJsonSchema(WHOLE_SCHEMA)]
+Count = Annotated[int, text_form(_count), WithJsonSchema(WHOLE_SCHEMA)]
+Byte = Annotated[int, text_form(_unsigned), WithJsonSchema(WHOLE_SCHEMA)]
+Truth = Annotated[bool, text_form(forms.truth), WithJsonSchema({"type": "boolean"})]
+Span = Annotated[Range, text_form(forms.span), WithJsonSchema({"type": "string"})]
+WholeSpan = Annotated[tuple[int, int], text_form(forms.integers_span), WithJsonSchema(WHOLE_SCHEMA)]
+UnitOf = Annotated[Unit, text_form(forms.unit), WithJsonSchema({"type": "string"})]
+Duration = Annotated[float, text_form(forms.duration), WithJsonSchema({"type": "string"})]
+Durations = Annotated[tuple[float, float], text_form(forms.durations), WithJsonSchema({"type": "string"})]
+Bits = Annotated[tuple[int, int], text_form(forms.bits), WithJsonSchema(WHOLE_SCHEMA)]
+Address = Annotated[str, text_form(_plain), WithJsonSchema(NUMBER_SCHEMA)]
+Format = Annotated[SerialFormat, text_form(forms.serial_format), WithJsonSchema({"type": "string"})]
+Wear = Annotated[int | str, text_form(_wear), WithJsonSchema(WHOLE_SCHEMA)]
+Later = Annotated[
+    None, PlainValidator(_refuse), WithJsonSchema({"not": {}, "description": "not supported yet"})
+]
 """A key of the language that this version does not act on: refused by name."""
 Misplaced = Annotated[None, PlainValidator(_misplace), WithJsonSchema({"not": {}})]
 """A key that stands one level too high."""

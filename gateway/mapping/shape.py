@@ -7,9 +7,16 @@ remedies. Entries whose form is wrong are cut out and the rest is checked on, so
 from __future__ import annotations
 
 import difflib
-from typing import Any, ClassVar, Self, TypeVar
+from typing import Any, ClassVar, TypeVar
 
-from pydantic import BaseModel, ConfigDict, GetJsonSchemaHandler, ValidationError, ValidationInfo, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    GetJsonSchemaHandler,
+    ValidationError,
+    ValidationInfo,
+    model_validator,
+)
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, ErrorDetails
 
@@ -17,8 +24,20 @@ from gateway.mapping.finding import Report
 from gateway.mapping.forms import FormError
 from gateway.mapping.node import Path
 
-TABLES = ("points", "bits", "commands", "settings", "errors", "addresses", "groups", "values", "documents",
-          "drives", "lines", "mqtt")  # fmt: skip
+TABLES = (
+    "points",
+    "bits",
+    "commands",
+    "settings",
+    "errors",
+    "addresses",
+    "groups",
+    "values",
+    "documents",
+    "drives",
+    "lines",
+    "mqtt",
+)
 """Keys whose value is a table (or list) of entries that can be left out one by one."""
 
 _SEEN = "seen"
@@ -70,10 +89,6 @@ class Entry(Shape):
         table = handler.resolve_ref_schema(handler(core))
         bare = table.get("properties", {}).get(cls.first, {})
         return {"anyOf": [{k: v for k, v in bare.items() if k not in ("title", "default")}, table]}
-
-    def with_keys(self, **values: Any) -> Self:
-        """A copy with other values."""
-        return self.model_copy(update=values)
 
 
 M = TypeVar("M", bound=Shape)

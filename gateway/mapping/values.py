@@ -64,7 +64,9 @@ def _inside(text: str, low: Fraction, high: Fraction, target: Target) -> None:
     else:
         span = (target.low, target.high) if target.low is not None and target.high is not None else None
     if span is not None and not (span[0] <= low and high <= span[1]):
-        raise FormError(f"`{target.name}` never is `{text}`", f"it can be {in_words(span[0])} to {in_words(span[1])}")
+        raise FormError(
+            f"`{target.name}` never is `{text}`", f"it can be {in_words(span[0])} to {in_words(span[1])}"
+        )
 
 
 def in_words(value: Fraction) -> str:
@@ -101,8 +103,12 @@ class Conditions:
         if target is None:
             return None
         if isinstance(target, Point) and not target.access.readable:
-            self._report.error(path, f"`{name}` cannot be read, so nothing can depend on it",
-                               "name a point that can be read", key=True)  # fmt: skip
+            self._report.error(
+                path,
+                f"`{name}` cannot be read, so nothing can depend on it",
+                "name a point that can be read",
+                key=True,
+            )
         texts = [values] if isinstance(values, str) else values
         ranges = []
         for index, text in enumerate(texts):

@@ -1,0 +1,323 @@
+"""The checks of a site file that go beyond form: do lines, drives, profiles and sections fit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from fnmatch import fnmatchcase
+from fractions import Fraction
+
+from gateway.mapping import forms
+from gateway.mapping.encodings import value_span
+from gateway.mapping.finding import Report
+from gateway.mapping.forms import FormError
+from gateway.mapping.node import Path
+from gateway.mapping.profile import Point
+from gateway.mapping.sections import is_loopback
+from gateway.mapping.shape import nearest
+from gateway.mapping.site import DriveConfig, LineConfig, Site
+from gateway.mapping.sitefile import RawSite, label
+from gateway.mapping.sites import broker_name
+from gateway.mapping.values import in_words
+from gateway.tag import tag_of
+
+_MESSAGE = 8
+"""Characters of the shortest request and, about, of its reply."""
+_GAP = 3.5
+"""Characters of silence before each message."""
+
+
+def check_site(raw: RawSite, site: Site, report: Report) -> None:
+    """Complain about everything in a site that does not fit."""
+    _check_rates(raw, report)
+    _check_ports(raw, report)
+    _check_drive_names(raw, report)
+    for line in site.lines:
+        _check_line(line, raw, report)
+    for drive in site.drives:
+        _check_ranges(drive, report)
+        _check_control(drive, raw, report)
+    _check_opcua(raw, report)
+    _check_brokers(raw, report)
+    _check_rules(raw, site, report)
+    if raw.web is not None:
+        report.warn(("web",), "the web page is not served by this version", "leave `web` out", key=True)
+
+
+def _place(drive: DriveConfig) -> Path:
+    return ("lines", drive.line, "drives", drive.name)
+
+
+def _check_rates(raw: RawSite, report: Report) -> None:
+    for name, seconds in raw.rates.items():
+        if seconds <= 0:
+            report.error(("rates", name), f"the rate `{name}` is not above zero", "write it like 200ms")
+
+
+def _check_ports(raw: RawSite, report: Report) -> None:
+    """One master per line: no port may stand twice."""
+    first: dict[str, str] = {}
+    for name, line in raw.lines.items():
+        _check_label(name, ("lines", name), report)
+        if line.port in first and line.port != "simulated:":
+            report.error(
+                ("lines", name, "port"),
+                f"line `{first[line.port]}` has this port already",
+                "put the drives on that line",
+            )
+        first.setdefault(line.port, name)
+
+
+def _check_drive_names(raw: RawSite, report: Report) -> None:
+    """Tags begin with the drive's name, so it may stand once in the whole site."""
+    first: dict[str, str] = {}
+    for line, entry in raw.lines.items():
+        for name in entry.drives:
+            place = ("lines", line, "drives", name)
+            _check_label(name, place, report)
+            if name in first:
+                report.error(
+                    place, f"line `{first[name]}` has a drive `{name}` already", "use another name", key=True
+                )
+            first.setdefault(name, line)
+
+
+def _check_label(name: str, place: Path, report: Report) -> None:
+    try:
+        label(name)
+    except FormError as error:
+        report.error(place, error.message, error.remedy, key=True)
+
+
+def _check_line(line: LineConfig, raw: RawSite, report: Report) -> None:
+    place: Path = ("lines", line.name)
+    units: dict[int, str] = {}
+    for drive in line.drives:
+        _check_unit(drive, units, report)
+        if line.framing != "tcp":
+            _check_serial(drive, line, raw, report)
+    fitting = min((_fitting(line, drive) for drive in line.drives), default=None)
+    if fitting is not None and fitting < len(line.drives):
+        report.warn(
+            place,
+            f"{len(line.drives)} drives cannot all be spoken to before the first of them takes the "
+            f"line for dead; {fitting} can",
+            "raise the speed, or split the line",
+            key=True,
+        )
+
+
+def _fitting(line: LineConfig, drive: DriveConfig) -> int:
+    """How many shortest exchanges fit into the drive's time-out; no bound if it has none."""
+    after = drive.profile.serial.comm_loss.after
+    if after is None:
+        return len(line.drives)
+    characters = 2 * (_MESSAGE + _GAP)
+    exchange = characters * line.format.bits_per_character / line.baud + drive.profile.serial.reply_usual
+    return int(after / exchange)
+
+
+def _check_unit(drive: DriveConfig, units: dict[int, str], report: Report) -> None:
+    place = (*_place(drive), "unit")
+    low, high = drive.profile.serial.units
+    if not low <= drive.unit <= high:
+        report.error(
+            place, f"`{drive.profile.name}` has unit addresses {low} to {high}", "correct the address"
+        )
+    if drive.unit in units:
+        report.error(
+            place,
+            f"`{units[drive.unit]}` has the unit address {drive.unit} already",
+            "give each drive of a line its own",
+        )
+    units.setdefault(drive.unit, drive.name)
+
+
+def _check_serial(drive: DriveConfig, line: LineConfig, raw: RawSite, report: Report) -> None:
+    """Speed, framing and format must be among those that the drive speaks."""
+    facts, name = drive.profile.serial, drive.profile.name
+    place = ("lines", line.name, "serial")
+    if raw.lines[line.name].serial is not None and line.baud not in facts.baud:
+        speeds = ", ".join(map(str, facts.baud))
+        report.error(
+            place, f"`{drive.name}` ({name}) does not speak {line.baud} bit/s", f"use one of {speeds}"
+        )
+    formats = facts.rtu if line.framing == "rtu" else facts.ascii
+    if not formats:
+        report.error(
+            (*_place(drive), "profile"), f"`{name}` does not speak {line.framing}", "correct `framing`"
+        )
+    elif raw.lines[line.name].serial is not None and line.format not in formats:
+        report.error(
+            place,
+            f"`{drive.name}` ({name}) does not speak {line.format} in {line.framing}",
+            f"use one of {', '.join(map(str, formats))}",
+        )
+    if facts.rtu and facts.ascii and raw.lines[line.name].framing is None:
+        report.error(
+            ("lines", line.name),
+            f"`{drive.name}` ({name}) may speak rtu or ascii",
+            "write `framing`",
+            key=True,
+        )
+    action = drive.profile.settings.get(facts.comm_loss.action or "")
+    if action and action.values.get(int(drive.settings.get(action.name, Fraction(-1)))) == "keep_running":
+        report.warn(
+            _place(drive),
+            f"`{drive.name}` keeps running when the line dies",
+            "change its setting on the panel, and here",
+            key=True,
+        )
+
+
+def _check_ranges(drive: DriveConfig, report: Report) -> None:
+    for name, (low, high) in drive.ranges.items():
+        place = (*_place(drive), "ranges", name)
+        point = drive.profile.points.get(name)
+        if point is None:
+            remedy = nearest(name, [p.name for p in drive.profile.points.values() if p.limits])
+            report.error(place, f"`{drive.profile.name}` has no point `{name}`", remedy, key=True)
+        elif not point.access.writable:
+            report.error(place, f"`{name}` is never written, so it has no range", "leave it out", key=True)
+        elif low > high:
+            report.error(place, "the range is empty", "put the lower end first")
+        else:
+            _check_narrower(drive, point, low, high, report)
+
+
+def _check_narrower(drive: DriveConfig, point: Point, low: Fraction, high: Fraction, report: Report) -> None:
+    least, most = _limits(drive, point)
+    if (least is not None and low < least) or (most is not None and high > most):
+        allowed = (
+            f"{'any' if least is None else in_words(least)} to {'any' if most is None else in_words(most)}"
+        )
+        report.error(
+            (*_place(drive), "ranges", point.name),
+            f"the profile allows {allowed} {point.encoding.symbol or ''}".rstrip(),
+            "a site can only narrow a range",
+        )
+
+
+def _limits(drive: DriveConfig, point: Point) -> tuple[Fraction | None, Fraction | None]:
+    """The profile's limits as far as they are known without the drive."""
+    if point.limits is None:
+        return value_span(point.encoding) or (None, None)
+    bounds = (point.limits.low, point.limits.high)
+    low, high = (drive.settings.get(bound) if isinstance(bound, str) else bound for bound in bounds)
+    return low, high
+
+
+def _check_control(drive: DriveConfig, raw: RawSite, report: Report) -> None:
+    """With writes on, somebody must have chosen what happens when the commander goes away."""
+    place = _place(drive)
+    control = drive.control
+    if control.lease == "off":
+        return
+    if raw.writes.enabled and control.on_expiry is None:
+        report.error(
+            place,
+            f"writes are on, and nobody chose what `{drive.name}` does when its commander goes away",
+            "add control: {on_expiry: stop} (or hold, or {setpoint: 20}), or control: {lease: off}",
+            key=True,
+        )
+    if raw.lines[drive.line].drives[drive.name].control is not None:
+        report.warn(
+            (*place, "control"),
+            "leases are not enforced by this version",
+            "rely on the drive's own time-out",
+            key=True,
+        )
+    _check_expiry(drive, report)
+
+
+def _check_expiry(drive: DriveConfig, report: Report) -> None:
+    """The action on expiry must be one that the drive has."""
+    place = (*_place(drive), "control", "on_expiry")
+    action = drive.control.on_expiry or ""
+    if action == "stop" and "stop" not in drive.profile.commands:
+        report.error(place, f"`{drive.profile.name}` has no command `stop`", "choose hold or {setpoint: 20}")
+    if not action.startswith("setpoint: "):
+        return
+    point = drive.profile.points.get("frequency_command")
+    if point is None or not point.access.writable:
+        report.error(
+            place, f"`{drive.profile.name}` has no setpoint `frequency_command`", "choose stop or hold"
+        )
+        return
+    value = forms.number(action.removeprefix("setpoint: "))
+    low, high = drive.ranges.get(point.name) or _limits(drive, point)
+    if (low is not None and value < low) or (high is not None and value > high):
+        report.error(
+            place, f"the setpoint {in_words(value)} is outside the range of `{point.name}`", "correct it"
+        )
+
+
+def _check_opcua(raw: RawSite, report: Report) -> None:
+    """Open to the network and open to everybody do not go together."""
+    opcua = raw.opcua
+    if opcua is None or is_loopback(opcua.endpoint):
+        return
+    if "none" in opcua.security:
+        report.error(
+            ("opcua", "security"),
+            "security `none` on an address that others can reach",
+            "leave `none` out, or use 127.0.0.1",
+        )
+    if opcua.anonymous != "off":
+        report.error(
+            ("opcua", "anonymous"),
+            "anonymous reading on an address that others can reach",
+            "write `off`, or use 127.0.0.1",
+        )
+
+
+def _check_brokers(raw: RawSite, report: Report) -> None:
+    seen: set[str] = set()
+    for index, mqtt in enumerate(raw.mqtt):
+        place: Path = ("mqtt", index)
+        name = broker_name(mqtt, index)
+        _check_label(name, (*place, "name"), report)
+        if name in seen:
+            report.error((*place, "name"), f"another broker is named `{name}`", "use another name")
+        seen.add(name)
+        if mqtt.password_file and not mqtt.user:
+            report.error((*place, "password_file"), "a password without a `user`", "add `user`", key=True)
+        if is_loopback(mqtt.broker):
+            continue
+        if mqtt.user is None:
+            report.error(
+                (*place, "broker"),
+                "a broker on the network without a `user`",
+                "add `user` and `password_file`, or use 127.0.0.1",
+            )
+        elif mqtt.broker.startswith(("mqtt://", "ws://")):
+            report.warn(
+                (*place, "broker"),
+                "passwords and commands can be read on the way to this broker",
+                "use mqtts://",
+            )
+
+
+def _check_rules(raw: RawSite, site: Site, report: Report) -> None:
+    """Every pattern of a publish rule must mean at least one point."""
+    tags = list(_tags(site))
+    if report.partial:
+        return
+    for index, mqtt in enumerate(raw.mqtt):
+        for number, rule in enumerate(mqtt.publish or []):
+            for position, pattern in enumerate(rule.points):
+                if not any(matches(pattern, tag) for tag in tags):
+                    place = ("mqtt", index, "publish", number, "points", position)
+                    points = sorted({tag.partition(".")[2] for tag in tags})
+                    match = nearest(pattern, points)
+                    remedy = match if match.startswith("did") else "correct the pattern"
+                    report.error(place, f"no point of any drive is named `{pattern}`", remedy)
+
+
+def _tags(site: Site) -> Iterator[str]:
+    for drive in site.drives:
+        yield from (tag_of(drive.name, name) for name in drive.profile.points)
+
+
+def matches(pattern: str, tag: str) -> bool:
+    """True when a publish rule's pattern means a tag: whole tags if it has a dot, else point names."""
+    return fnmatchcase(tag if "." in pattern else tag.partition(".")[2], pattern)

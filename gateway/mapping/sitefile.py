@@ -1,0 +1,131 @@
+"""The shape of a site file as it stands in YAML."""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import Field, PlainValidator, WithJsonSchema
+
+from gateway.mapping import forms
+from gateway.mapping.forms import FormError
+from gateway.mapping.profile import SerialFormat
+from gateway.mapping.scalars import ANY_SCHEMA, Duration, Integer, Number, Text, Truth, text_form
+from gateway.mapping.sections import Mqtt, Opcua, address
+from gateway.mapping.shape import Entry, Shape
+
+_LABEL = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]*")
+_SPEED = re.compile(r"(\d{3,7}) +(\S+)", re.ASCII)
+_NETWORK = ("tcp", "modbus")
+SIMULATED = "simulated:"
+
+
+def label(text: str) -> str:
+    """A name that can be a topic level and a node id: letters, digits, ``-`` and ``_``."""
+    if not _LABEL.fullmatch(text):
+        raise FormError(f"`{text}` cannot be a name here", "use letters, digits, - and _, like fan-1")
+    return text
+
+
+def speed(text: str) -> tuple[int, SerialFormat]:
+    """``9600 8N2``: bits per second and format of a character."""
+    match = _SPEED.fullmatch(text)
+    if not match:
+        raise FormError(f"`{text}` is not a serial setting", "write it like 9600 8N2")
+    return int(match[1]), forms.serial_format(match[2])
+
+
+def port(text: str) -> str:
+    """A device path, ``tcp://host:port``, ``modbus://host:port`` or ``simulated:``."""
+    scheme, colon, _ = text.partition("://")
+    if colon and scheme not in _NETWORK:
+        raise FormError(
+            f"`{text}` is not a port",
+            "write a device path, tcp://host:port, modbus://host:port or simulated:",
+        )
+    if colon and address(text, _NETWORK, "tcp://192.168.0.10:4001").port is None and scheme == "tcp":
+        raise FormError(f"`{text}` names no port number", "write it like tcp://192.168.0.10:4001")
+    return text
+
+
+def on_expiry(value: Any) -> str:
+    """``stop``, ``hold``, or ``{setpoint: 20}``, which becomes the text ``setpoint: 20``."""
+    if value in ("stop", "hold"):
+        return str(value)
+    if isinstance(value, dict) and list(value) == ["setpoint"] and isinstance(value["setpoint"], str):
+        forms.number(value["setpoint"])
+        return f"setpoint: {value['setpoint']}"
+    raise FormError("this is no action", "write stop, hold or {setpoint: 20}")
+
+
+Label = Annotated[str, text_form(label), WithJsonSchema({"type": ["string", "integer"]})]
+Speed = Annotated[tuple[int, SerialFormat], text_form(speed), WithJsonSchema({"type": "string"})]
+Port = Annotated[str, text_form(port), WithJsonSchema({"type": "string"})]
+OnExpiry = Annotated[str, PlainValidator(on_expiry), WithJsonSchema({"type": ["string", "object"]})]
+
+
+class Control(Shape):
+    """Who may command a drive, and what happens when he goes away."""
+
+    lease: Literal["session", "required", "off"] = "session"
+    ttl: Duration = 10.0
+    on_expiry: OnExpiry | None = None
+
+
+class Rs485(Shape):
+    """Options of the transceiver."""
+
+    echo: Truth = False
+    rts: Literal["none", "send_high", "send_low"] = "none"
+
+
+class Drive(Shape):
+    """A drive on a line."""
+
+    profile: Text
+    unit: Integer
+    ranges: dict[str, Annotated[list[Number], Field(min_length=2, max_length=2)]] = Field(
+        default_factory=dict
+    )
+    settings: dict[str, Annotated[str, text_form(str), WithJsonSchema(ANY_SCHEMA)]] = Field(
+        default_factory=dict
+    )
+    control: Control | None = None
+
+
+class Line(Shape):
+    """One line and its drives."""
+
+    port: Port
+    framing: Literal["rtu", "ascii"] | None = None
+    serial: Speed | None = None
+    rs485: Rs485 = Rs485()
+    drives: dict[str, Drive]
+
+
+class Writes(Shape):
+    """Whether anything is written to any drive."""
+
+    enabled: Truth = False
+
+
+class Web(Entry):
+    """The web page."""
+
+    first: ClassVar[str] = "listen"
+    listen: Text
+
+
+class RawSite(Shape):
+    """A site file."""
+
+    site: Label
+    gateway: Label
+    profiles: list[Text] = Field(default_factory=list)
+    lines: dict[str, Line] = Field(min_length=1)
+    rates: dict[str, Duration] = Field(default_factory=dict)
+    writes: Writes = Writes()
+    opcua: Opcua | None = None
+    mqtt: list[Mqtt] = Field(default_factory=list)
+    web: Web | None = None
+    data: Text = "./data"

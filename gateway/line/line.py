@@ -141,7 +141,6 @@ class Line:
         """The port is ready for use."""
         self._connection.opened()
         self._record.start(now)
-        self._wire.echo = self.settings.echo
         self._free_at = now + self.gap
         return self._advance(now)
 
@@ -282,7 +281,7 @@ class Line:
         """The transaction is off the wire; the next may begin at ``free_at``."""
         self._current = None
         self._free_at = free_at
-        self._wire.echo |= done.seeker.echoed
+        self._wire.learn(done)
         self._record.used(done.began, free_at)
         self._schedule.spent(done.question.choice, free_at - done.began)
         if isinstance(done.question.choice, Probe):

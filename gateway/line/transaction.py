@@ -37,11 +37,18 @@ class Transaction:
     began: float
     ends: float
     deadline: float
-    heard: bool = False
+    echo: bool = False
+    received: int = 0
+
+    @property
+    def heard(self) -> bool:
+        """True when more came back than our own echo."""
+        own = len(self.data) if self.echo or self.seeker.echoed else 0
+        return self.received > own
 
     def feed(self, data: bytes) -> Reply | None:
         """Take what was received; the reply when it is complete and may be believed."""
-        self.heard |= bool(data)
+        self.received += len(data)
         while (reply := self.seeker.feed(data)) is not None:
             if not self._may_be_late(reply):
                 return reply
@@ -53,12 +60,17 @@ class Transaction:
 
 
 class Wire:
-    """Framing and timing of a line together: makes transactions and knows what they cost."""
+    """Framing and timing of a line together: makes transactions and knows what they cost.
+
+    An echo that the settings do not name is noticed: otherwise a request that looks like its own reply
+    would seem to be answered by a unit that is not there.
+    """
 
     def __init__(self, framing: Framing, timing: Timing, echo: bool) -> None:
         self.framing = framing
         self.timing = timing
-        self.echo = echo
+        self._declared = echo
+        self._echo = echo
 
     def begin(self, question: Question, patience: float, now: float) -> Transaction:
         """The transaction that starts now; the unit has ``patience`` seconds until its reply begins."""
@@ -66,9 +78,13 @@ class Wire:
         data = self.framing.encode(question.unit, request.pdu)
         ends = now + self.timing.duration(len(data))
         reply = self.timing.duration(self.framing.size(request.reply_length))
-        echo = self.echo and not self.framing.numbered
-        seeker = self.framing.seeker(data, request, echo)
-        return Transaction(question, data, seeker, now, ends, ends + patience + reply)
+        seeker = self.framing.seeker(data, request, self._echo)
+        return Transaction(question, data, seeker, now, ends, ends + patience + reply, self._echo)
+
+    def learn(self, done: Transaction) -> None:
+        """Notice from a finished transaction whether there is an echo."""
+        if done.received:
+            self._echo = self._declared or done.seeker.echoed or (self._echo and not done.heard)
 
     def turnaround(self, transaction: Transaction, reply: Reply, now: float) -> float:
         """Seconds that the unit took until it began a reply that was complete at ``now``."""

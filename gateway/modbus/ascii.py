@@ -52,7 +52,7 @@ class AsciiSeeker:
 
     def _reply(self, text: bytes) -> Reply | None:
         own = text + _END == self._sent
-        self.echoed |= own and self._request.head != self._request.pdu
+        self.echoed |= own and (self._skip_own or self._request.head != self._request.pdu)
         if own and self._skip_own:
             self._skip_own = False
             return None

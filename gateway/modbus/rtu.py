@@ -41,6 +41,7 @@ class RtuSeeker:
         self._sent = sent
         self._request = request
         self._echo = echo
+        self._passed_echo = False
         self._buffer = b""
         self._tried = 0
         unit = sent[:_UNIT]
@@ -51,8 +52,10 @@ class RtuSeeker:
 
     @property
     def echoed(self) -> bool:
-        """True when the request itself came back; False where it looks like its own reply (06H, 08H)."""
-        return self._request.head != self._request.pdu and self._sent in self._buffer
+        """True when the request itself came back; where it looks like its own reply (06H, 08H), that is
+        known only of an echo that was expected."""
+        unlike = self._request.head != self._request.pdu
+        return self._passed_echo or (unlike and self._sent in self._buffer)
 
     def feed(self, data: bytes) -> Reply | None:
         """Take more bytes; the next reply whose CRC is right, or None."""
@@ -71,7 +74,7 @@ class RtuSeeker:
         at = self._buffer.find(self._sent)
         if at >= 0:
             self._buffer = self._buffer[at + len(self._sent) :]
-            self._echo = False
+            self._echo, self._passed_echo = False, True
         return at >= 0
 
     def _ending_here(self, head: bytes, length: int) -> Reply | None:

@@ -1,0 +1,195 @@
+"""Ports: bytes in, bytes out. A tty, or a network connection to one (or to a Modbus TCP device).
+
+Opening may block (a USB adapter that hangs, a host that is not there) and is done off the event loop.
+Nothing here waits for silence or counts time: `gateway.line.line` does.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import os
+import socket
+import termios
+import threading
+from collections.abc import Callable
+from typing import Protocol
+from urllib.parse import urlsplit
+
+import serial
+from serial.rs485 import RS485Settings
+
+from gateway.mapping.site import LineConfig
+
+CONNECT_TIMEOUT = 3.0
+"""Seconds until a host that does not answer is given up."""
+CHUNK = 4096
+
+Received = Callable[[bytes], None]
+Lost = Callable[[str], None]
+
+
+class PortError(OSError):
+    """The port cannot be opened; the message says why."""
+
+
+class Port(Protocol):
+    """An open port."""
+
+    def attach(self, received: Received, lost: Lost) -> None:
+        """Tell what comes in, and once when the port vanishes; on the running loop."""
+        ...
+
+    def write(self, data: bytes) -> None:
+        """Hand bytes to the wire without waiting. Raises `OSError` when they are not all taken."""
+        ...
+
+    def close(self) -> None:
+        """Give the port back. Nothing is told any more."""
+        ...
+
+
+class FilePort:
+    """A port behind a file descriptor that never blocks."""
+
+    def __init__(self, descriptor: int, close: Callable[[], None]) -> None:
+        self._descriptor = descriptor
+        self._close = close
+        self._loop: asyncio.AbstractEventLoop | None = None
+
+    def attach(self, received: Received, lost: Lost) -> None:
+        """Watch the descriptor on the running loop."""
+        self._loop = asyncio.get_running_loop()
+        self._loop.add_reader(self._descriptor, self._readable, received, lost)
+
+    def write(self, data: bytes) -> None:
+        """Write all or raise: the rest of a frame after a pause would be another frame."""
+        if os.write(self._descriptor, data) != len(data):
+            raise PortError("the port does not take a whole frame")
+
+    def close(self) -> None:
+        """Stop watching and close."""
+        self._ignore()
+        self._close()
+
+    def _readable(self, received: Received, lost: Lost) -> None:
+        try:
+            data = os.read(self._descriptor, CHUNK)
+        except BlockingIOError:
+            return
+        except OSError as error:
+            self._vanished(lost, error.strerror or str(error))
+            return
+        if data:
+            received(data)
+        else:
+            self._vanished(lost, "the other side hung up")
+
+    def _vanished(self, lost: Lost, reason: str) -> None:
+        self._ignore()
+        lost(reason)
+
+    def _ignore(self) -> None:
+        if self._loop is not None:
+            self._loop.remove_reader(self._descriptor)
+            self._loop = None
+
+
+async def open_port(line: LineConfig) -> Port:
+    """Open a line's port. Raises `PortError`, which says what is in the way."""
+    scheme = urlsplit(line.port).scheme
+    if scheme in ("tcp", "modbus"):
+        return await _in_thread(lambda: open_tcp(line.port))
+    if scheme == "simulated":
+        raise PortError("a simulated line has no port of its own: give it one with --line, or run the demo")
+    return await _in_thread(lambda: open_serial(line))
+
+
+def open_serial(line: LineConfig) -> FilePort:
+    """Open a tty for this gateway alone and set it up. Blocks as long as the driver does."""
+    try:
+        device = _configured(line)
+    except (serial.SerialException, termios.error, ValueError, OSError) as error:
+        raise PortError(f"{line.port}: {error}") from error
+    with contextlib.suppress(ValueError):  # only some drivers have it, and it only makes things faster
+        device.set_low_latency_mode(True)
+    return FilePort(device.fileno(), device.close)
+
+
+def open_tcp(url: str) -> FilePort:
+    """Connect to ``tcp://host:port`` or ``modbus://host:port``. Blocks up to `CONNECT_TIMEOUT`."""
+    parts = urlsplit(url)
+    try:
+        address = parts.hostname or "", parts.port or 502
+        connection = socket.create_connection(address, CONNECT_TIMEOUT)
+    except (OSError, ValueError) as error:
+        raise PortError(f"{url}: {error}") from error
+    connection.setblocking(False)
+    connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+    return FilePort(connection.fileno(), connection.close)
+
+
+def _configured(line: LineConfig) -> serial.Serial:
+    device = serial.Serial(
+        port=line.port,
+        baudrate=line.baud,
+        bytesize=line.format.data_bits,
+        parity=line.format.parity,
+        stopbits=line.format.stop_bits,
+        timeout=0,
+        exclusive=True,
+    )
+    try:
+        if line.rs485.rts != "none":
+            device.rs485_mode = RS485Settings(
+                rts_level_for_tx=line.rs485.rts == "send_high",
+                rts_level_for_rx=line.rs485.rts == "send_low",
+                loopback=line.rs485.echo,
+            )
+        _tell_hang_up_from_silence(device.fileno())
+        device.reset_input_buffer()
+    except BaseException:
+        device.close()
+        raise
+    return device
+
+
+def _tell_hang_up_from_silence(descriptor: int) -> None:
+    """With VMIN 1 an empty read means that the device is gone; with 0 it may mean that nothing came."""
+    settings = termios.tcgetattr(descriptor)
+    settings[6][termios.VMIN] = 1
+    termios.tcsetattr(descriptor, termios.TCSANOW, settings)
+
+
+async def _in_thread(opening: Callable[[], FilePort]) -> Port:
+    """Run a blocking open in a thread of its own, which an open that hangs may keep for ever.
+
+    Not an executor: leaving the program would wait for its threads.
+    """
+    loop = asyncio.get_running_loop()
+    done: asyncio.Future[Port] = loop.create_future()
+
+    def deliver(port: FilePort | None, error: BaseException | None) -> None:
+        if done.cancelled():
+            if port is not None:
+                port.close()
+        elif port is not None:
+            done.set_result(port)
+        elif error is not None:
+            done.set_exception(error)
+
+    def work() -> None:
+        port, failure = None, None
+        try:
+            port = opening()
+        except Exception as error:
+            failure = error
+        try:
+            loop.call_soon_threadsafe(deliver, port, failure)
+        except RuntimeError:  # the loop is gone; so is whoever wanted the port
+            if port is not None:
+                port.close()
+
+    threading.Thread(target=work, name="open port", daemon=True).start()
+    return await done

@@ -16,6 +16,8 @@ from gateway.mapping.profile import Argument, Command, Constant, Encoding, Kind,
 from gateway.modbus.encoding import EncodingError, decode, encode, to_words
 from gateway.tag import Cause, Origin, Outcome, Role, Value, ValueType, Verdict
 
+MESSAGE_LIMIT = 10**300
+
 
 class Ended(Exception):  # noqa: N818 - it ends a procedure; it is no programming error
     """A write or command ends here, with this outcome."""
@@ -130,11 +132,11 @@ def engineering(encoding: Encoding, name: str, value: Value) -> Fraction:
         return Fraction(int(value))
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise refuse(Cause.WRONG_TYPE, f"{name} takes a number, not {value!r}")
-    if not math.isfinite(value):
+    if isinstance(value, float) and not math.isfinite(value):
         raise refuse(Cause.OUT_OF_RANGE, f"{name} takes a finite number, not {value}")
     if kind is ValueType.INTEGER and value != int(value):
         raise refuse(Cause.WRONG_TYPE, f"{name} takes a whole number, not {value}")
-    return Fraction(str(value))
+    return Fraction(value) if isinstance(value, int) else Fraction(str(value))
 
 
 def _enumerated(encoding: Encoding, name: str, value: Value) -> int:
@@ -185,7 +187,12 @@ def _check_range(name: str, number: Fraction, limits: tuple[Fraction, Fraction],
     low, high = limits
     if not low <= number <= high:
         span = f"{float(low):g}..{float(high):g} {unit}".rstrip()
-        raise refuse(Cause.OUT_OF_RANGE, f"{name} = {float(number):g} is outside {span}")
+        raise refuse(Cause.OUT_OF_RANGE, f"{name} = {_shown(number)} is outside {span}")
+
+
+def _shown(number: Fraction) -> str:
+    """A number for a message; it may be far beyond what a float can hold."""
+    return f"{float(number):g}" if abs(number) < MESSAGE_LIMIT else "a number beyond all bounds"
 
 
 def is_setpoint(point: Point) -> bool:

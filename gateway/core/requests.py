@@ -281,7 +281,7 @@ class Writes:
             self._jobs.discard(job)
         return taken
 
-    def record(self, entry: dict[str, Any], wait: bool) -> int:
+    def record(self, entry: dict[str, Any]) -> int:
         """Append to the journal (`Services`); whoever waits is told by `recorded`."""
         return self._record(entry)
 

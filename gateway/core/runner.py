@@ -35,8 +35,8 @@ class Services(Protocol):
     def withdraw(self, job: int) -> bool:
         """Take a waiting job back; False when it is on the wire or done."""
 
-    def record(self, entry: dict[str, Any], wait: bool) -> int:
-        """Append to the journal; the number of the entry."""
+    def record(self, entry: dict[str, Any]) -> int:
+        """Append to the journal; the number of the entry, whose end is told by `Runner.recorded`."""
 
     def watch_for(self, name: str, tags: dict[str, float | None]) -> None:
         """Change the demands of one of the core's own watchers."""
@@ -161,9 +161,11 @@ class Runner:
             case Exchange():
                 self._exchange(running, effect)
             case Note():
-                running.note = self._services.record(effect.entry, effect.wait)
-                self._notes[running.note] = running.ask.number
-                return effect.wait, ""
+                number = self._services.record(effect.entry)
+                if not effect.wait:
+                    return False, ""
+                running.note = number
+                self._notes[number] = running.ask.number
             case Pause():
                 running.wake = now + effect.seconds
             case Prove():

@@ -128,16 +128,14 @@ def fresh_sample(drive: Drive, store: Store, term: Term, now: float) -> Generato
     """A good sample of a term's point, read now if the one at hand is too old."""
     point = drive.profile.points[term.name]
     held = store.get(drive.tag(point.name))
-    young = held is not None and held.sample.quality is Quality.GOOD and now - held.at <= FRESH_SECONDS
-    if held is None or not young or point.kind is Kind.PARAMETER:
+    oldest = now if point.kind is Kind.PARAMETER else now - FRESH_SECONDS
+    if held is None or held.sample.quality is not Quality.GOOD or held.at < oldest:
         request = Read(drive.unit, point.address, point.words)
         finished = yield from exchange(request, Priority.COMMAND, now + STEP_SECONDS)
         held = store.get(drive.tag(point.name))
         if not isinstance(finished.result, Answered) or held is None:
-            raise refuse(
-                Cause.PRECONDITION,
-                f"needs {term.text}, which could not be read: {explain(drive, finished)}",
-            )
+            reason = f"needs {term.text}, which could not be read: {explain(drive, finished)}"
+            raise refuse(Cause.PRECONDITION, reason)
     return held.sample
 
 

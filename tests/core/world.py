@@ -1,0 +1,224 @@
+"""The whole core with simulated drives, journal and clients, in one thread on a virtual clock.
+
+The wire and the drives are those of `gateway.simulator`, whose framing is written apart from the
+core's. Nothing sleeps: time jumps from one thing that is due to the next.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from gateway.bridge.api import Batch, DriveState, Happened
+from gateway.bridge.messages import Done, Promised, ReadTags, Response, RunCommand, Samples, Watch, WriteTag
+from gateway.core.core import Core
+from gateway.core.events import (
+    Asked,
+    Close,
+    Event,
+    Joined,
+    Left,
+    Open,
+    PortLost,
+    PortOpened,
+    Received,
+    Record,
+    Recorded,
+    Started,
+    Tell,
+    Ticked,
+    Transmit,
+)
+from gateway.mapping.load import builtin_mappings, load_profile
+from gateway.mapping.profile import Profile, SerialFormat
+from gateway.mapping.site import DriveConfig, LineConfig, Rs485, Site
+from gateway.simulator.build import build_drives, wire_timing
+from gateway.simulator.happening import Options
+from gateway.simulator.line import Line as SimulatedLine
+from gateway.tag import Instant, Origin, Outcome, Role, Sample, Value
+
+START = 1_700_000_000 * 10**9
+ENGINEER = Origin(through="test", who="erika", role=Role.ENGINEER)
+OPERATOR = Origin(through="test", who="otto", role=Role.OPERATOR)
+
+
+@cache
+def teco() -> Profile:
+    """The shipped profile of the 7200GS."""
+    profile, findings = load_profile(builtin_mappings() / "teco-7200gs.yaml")
+    assert profile is not None, findings
+    return profile
+
+
+def make_site(drives: int = 1, *, writes: bool = True, first_unit: int = 5, baud: int = 9600) -> Site:
+    """A site with one line and so many 7200GS: fan-1 at unit 5, fan-2 at unit 6 ..."""
+    settings = {name: s.default for name, s in teco().settings.items() if s.default is not None}
+    configs = tuple(
+        DriveConfig(name=f"fan-{n + 1}", line="north", profile=teco(), unit=first_unit + n, settings=settings,
+                    ranges={"frequency_command": (Fraction(0), Fraction(60))})
+        for n in range(drives)
+    )
+    line = LineConfig(name="north", port="simulated:", framing="rtu", baud=baud, format=SerialFormat(8, "N", 2),
+                      rs485=Rs485(), drives=configs)
+    return Site(site="plant7", gateway="gw1", path=Path("site.yaml"), lines=(line,),
+                rates={"fast": 0.2, "normal": 1.0, "slow": 30.0}, writes_enabled=writes, data=Path("data"),
+                opcua=None, mqtt=(), digest="0" * 64)
+
+
+class World:
+    """A core, its line, and whatever the test does to them. Times are virtual seconds since start.
+
+    Args:
+        journal_delay: seconds until a journal entry is on disk.
+    """
+
+    def __init__(self, site: Site | None = None, journal_delay: float = 0.002, **options: Any) -> None:
+        self.site = site or make_site()
+        self.core = Core(self.site, "test")
+        self.now = 0.0
+        self.told: dict[int, list[Response]] = {}
+        self.journal: list[dict[str, Any]] = []
+        self.journal_problem = ""
+        self.journal_delay = journal_delay
+        self.port_problem = ""
+        self.wire: list[tuple[float, str]] = []
+        self._later: list[tuple[float, Event]] = []
+        self._last_request = 0
+        config = self.site.lines[0]
+        drives = build_drives(config, {d.name: Options(**options) for d in config.drives})
+        self.drives = drives
+        self.simulated = SimulatedLine(wire_timing(config), drives.values())
+        self.feed(Started())
+        self.session = self.join()
+
+    # -- clients
+
+    def join(self, name: str = "test", ceiling: Role = Role.ADMIN) -> int:
+        session = len(self.told) + 1
+        self.told[session] = []
+        self.feed(Joined(session, name, ceiling))
+        return session
+
+    def leave(self, session: int) -> None:
+        self.feed(Left(session))
+
+    def watch(self, wants: dict[str, float | None], session: int | None = None) -> dict[str, float]:
+        request = Watch(self._next_request(), wants)
+        self.feed(Asked(session or self.session, request))
+        [reply] = [m for m in self.told[session or self.session] if isinstance(m, Promised) and m.id == request.id]
+        return dict(reply.periods)
+
+    def ask_write(self, tag: str, value: Value, origin: Origin = ENGINEER, ttl: float = 5.0, key: str = "",
+                  session: int | None = None) -> Callable[[], Outcome | None]:
+        request = WriteTag(self._next_request(), tag, value, origin, ttl, key)
+        return self._ask(request, session or self.session)
+
+    def ask_command(self, name: str, drive: str = "fan-1", origin: Origin = OPERATOR, ttl: float = 5.0, key: str = "",
+                    session: int | None = None, **args: Value) -> Callable[[], Outcome | None]:
+        request = RunCommand(self._next_request(), drive, name, args, origin, ttl, key)
+        return self._ask(request, session or self.session)
+
+    def write(self, tag: str, value: Value, origin: Origin = ENGINEER, **more: Any) -> Outcome:
+        return self.until(self.ask_write(tag, value, origin, **more), 30.0)
+
+    def command(self, name: str, origin: Origin = OPERATOR, **more: Any) -> Outcome:
+        return self.until(self.ask_command(name, origin=origin, **more), 90.0)
+
+    def read(self, *tags: str, max_age: float = 0.0) -> list[Sample]:
+        request = ReadTags(self._next_request(), tags, max_age)
+        self.feed(Asked(self.session, request))
+
+        def answer() -> list[Sample] | None:
+            found = [m for m in self.told[self.session] if isinstance(m, Samples) and m.id == request.id]
+            return list(found[0].samples) if found else None
+
+        return self.until(answer, 10.0)
+
+    def samples(self, tag: str, session: int | None = None) -> list[Sample]:
+        """Every sample of a tag that a client was told, in order."""
+        batches = [m for m in self.told[session or self.session] if isinstance(m, Batch)]
+        return [sample for batch in batches for sample in batch.samples if sample.tag == tag]
+
+    def events(self) -> list[str]:
+        return [m.event.name for m in self.told[self.session] if isinstance(m, Happened)]
+
+    def states(self) -> list[tuple[str, bool]]:
+        return [(m.drive, m.up) for m in self.told[self.session] if isinstance(m, DriveState)]
+
+    def sent(self, function: str = "10") -> list[str]:
+        """The requests on the wire with this function code, as hex text."""
+        return [frame for _, frame in self.wire if frame.split()[1] == function]
+
+    # -- time
+
+    def run(self, seconds: float) -> None:
+        """Let virtual time pass."""
+        end = self.now + seconds
+        while self._next_due() <= end:
+            self._step()
+        self.now = end
+
+    def until(self, condition: Callable[[], Any], seconds: float) -> Any:
+        """Let time pass until the condition gives something; fails after so many seconds."""
+        end = self.now + seconds
+        while (found := condition()) is None or found is False:
+            assert self._next_due() <= end, f"not within {seconds} s"
+            self._step()
+        return found
+
+    def feed(self, event: Event) -> None:
+        for action in self.core.step(event, self.instant()):
+            self._carry_out(action)
+
+    def instant(self) -> Instant:
+        return Instant(self.now, START + round(self.now * 1e9))
+
+    def _next_due(self) -> float:
+        wake = self.core.wake()
+        times = [self.simulated.due(), *(at for at, _ in self._later)]
+        return max(self.now, min(times if wake is None else [wake, *times]))
+
+    def _step(self) -> None:
+        self.now = self._next_due()
+        for item in [item for item in self._later if item[0] <= self.now]:
+            self._later.remove(item)
+            self.feed(item[1])
+        data = self.simulated.advance(self.now)
+        if data and not self.port_problem:
+            self.feed(Received("north", data))
+        wake = self.core.wake()
+        if wake is not None and wake <= self.now:
+            self.feed(Ticked())
+
+    def _carry_out(self, action: Any) -> None:
+        match action:
+            case Transmit(_, data):
+                self.wire.append((self.now, data.hex(" ").upper()))
+                self.simulated.receive(data, self.now)
+            case Tell(session, message):
+                self.told[session].append(message)
+            case Record(number, entry):
+                self.journal.append({"at": self.now, **entry})
+                self._later.append((self.now + self.journal_delay, Recorded(number, self.journal_problem)))
+            case Open(line):
+                event = PortLost(line, self.port_problem) if self.port_problem else PortOpened(line)
+                self._later.append((self.now + 0.001, event))
+            case Close():
+                pass
+
+    def _ask(self, request: WriteTag | RunCommand, session: int) -> Callable[[], Outcome | None]:
+        self.feed(Asked(session, request))
+
+        def outcome() -> Outcome | None:
+            done = [m.outcome for m in self.told[session] if isinstance(m, Done) and m.id == request.id]
+            assert len(done) <= 1, "an outcome was told twice"
+            return done[0] if done else None
+
+        return outcome
+
+    def _next_request(self) -> int:
+        self._last_request += 1
+        return self._last_request

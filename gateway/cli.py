@@ -11,6 +11,7 @@ from gateway.commands import (
     check,
     command,
     demo,
+    health,
     plan,
     profiles,
     read,
@@ -62,6 +63,6 @@ def _panel(title: str, *modules: object) -> None:
 
 
 _panel("Run", demo, run, simulate)
-_panel("Look and act", read, watch, write, command, trace)
+_panel("Look and act", read, watch, write, command, trace, health)
 _panel("Prepare", check, plan, profiles, schema)
 app.add_typer(users.app, name="users", rich_help_panel="Prepare")

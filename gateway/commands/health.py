@@ -1,0 +1,58 @@
+"""``gateway health``: is the gateway running, and how is it doing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from gateway.terminal.options import AsJson, SiteFile
+
+if TYPE_CHECKING:
+    from gateway.bridge.api import Health, LineHealth
+
+EXAMPLES = """
+gateway health site.yaml
+"""
+
+
+def health(site: SiteFile, as_json: AsJson = False) -> None:
+    """Show how the running gateway is doing. Exit 1 if none answers or its journal cannot be written.
+
+    A line or drive that is down is shown, but is not the gateway's own illness.
+    """
+    from gateway.terminal.connect import run
+    from gateway.terminal.output import say, say_json
+
+    found = run(_health(site))
+    if as_json:
+        say_json(found)
+    else:
+        say("\n".join(_lines(found)))
+    if found.journal:
+        raise typer.Exit(1)
+
+
+async def _health(path: Path) -> Health:
+    from gateway.terminal.connect import running_bridge
+    from gateway.terminal.sites import load
+
+    async with running_bridge(load(path)) as bridge:
+        return await bridge.health()
+
+
+def _lines(health: Health) -> list[str]:
+    from gateway.terminal.output import moment
+
+    drives = [f"drive {name}: {'up' if up else 'down'}" for name, up in health.drives.items()]
+    journal = [f"journal: {health.journal}"] if health.journal else []
+    return [f"up since {moment(health.started)}", *map(_line, health.lines), *drives, *journal]
+
+
+def _line(line: LineHealth) -> str:
+    state = "up" if line.up else f"down ({line.reason})"
+    return (
+        f"line {line.name}: {state}, in use {line.utilisation:.0%}, requests {line.requests}, "
+        f"answered {line.answered}, refused {line.refused}, timeouts {line.timeouts}, damaged {line.damaged}"
+    )

@@ -10,7 +10,7 @@ from gateway.mapping.encodings import raw_span, value_span
 from gateway.mapping.facts import LOOP_BACK, READ_HOLDING, READ_INPUT, WRITE_MANY, WRITE_ONE
 from gateway.mapping.finding import Report
 from gateway.mapping.inherit import Inherited
-from gateway.mapping.points import Claim
+from gateway.mapping.layout import Claim
 from gateway.mapping.profile import Kind, Limits, Point, Profile, Table
 from gateway.mapping.resolve import Resolved
 from gateway.mapping.values import in_words

@@ -113,7 +113,8 @@ class _Reader:
     def _allowed(self, event: Any) -> bool:
         """False, with a finding, for aliases, anchors and tags."""
         if isinstance(event, yaml.AliasEvent) or event.anchor is not None:
-            self.complain(_mark(event), f"the alias `{event.anchor}` is not allowed", "write it out")
+            what = "alias" if isinstance(event, yaml.AliasEvent) else "anchor"
+            self.complain(_mark(event), f"the {what} `{event.anchor}` is not allowed", "write it out")
             return False
         if event.tag is not None and event.tag != "!":
             self.complain(_mark(event), f"the tag `{event.tag}` is not allowed", "remove it")

@@ -12,10 +12,11 @@ from gateway.mapping.facts import SettingMaker
 from gateway.mapping.finding import Report
 from gateway.mapping.forms import FormError
 from gateway.mapping.inherit import Sources
+from gateway.mapping.layout import Layout
 from gateway.mapping.model import RawProfile
 from gateway.mapping.node import Path
 from gateway.mapping.notation import Notations
-from gateway.mapping.points import Layout, PointMaker
+from gateway.mapping.points import PointMaker
 from gateway.mapping.profile import Command, Document, Kind, Point, Profile, Setting
 from gateway.mapping.values import Conditions
 

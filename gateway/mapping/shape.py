@@ -134,8 +134,16 @@ def _tell(detail: ErrorDetails, data: Any, seen: dict[int, tuple[type[Shape], An
     elif detail["type"] == "extra_forbidden":
         model = seen.get(id(_at(data, path[:-1])), (Shape, None))[0]
         report.error(path, f"unknown key `{path[-1]}`", nearest(str(path[-1]), model.keys()), key=True)
-    else:
+    elif detail["type"] != "too_short" or _length(report, path) == detail["ctx"]["actual_length"]:
         report.error(path, *_words(detail))
+
+
+def _length(report: Report, path: Path) -> int:
+    """How many values a list or table has in the file, before anything was cut out."""
+    node = report.root
+    for part in path:
+        node = node.child(part) or node
+    return len(node.value)
 
 
 def _has_key(report: Report, path: Path) -> bool:
@@ -148,14 +156,18 @@ def _has_key(report: Report, path: Path) -> bool:
 
 def _words(detail: ErrorDetails) -> tuple[str, str]:
     """Message and remedy of an error that is pydantic's own."""
-    if detail["type"] == "literal_error":
+    if detail["type"] in ("literal_error", "enum") and isinstance(detail["input"], str):
         return f"`{detail['input']}` is not known here", f"use {detail['ctx']['expected']}".replace("'", "`")
     if detail["type"] == "list_type":
         return "a list is expected here", "write it like [a, b]"
     if detail["type"] == "dict_type":
         return "a table of `name: value` is expected here", "write names below or in {}"
-    if detail["type"] == "too_short":
-        return "the list is empty", "write at least one value"
+    if detail["type"] in ("literal_error", "enum"):
+        return "one word is expected here", f"use {detail['ctx']['expected']}".replace("'", "`")
+    if detail["type"] in ("too_short", "too_long"):
+        context = detail["ctx"]
+        bound = f"at least {context['min_length']}" if "min_length" in context else f"{context['max_length']}"
+        return f"the number of values here is {context['actual_length']}", f"write {bound}"
     return detail["msg"].lower(), "see docs/mapping.md for what may stand here"
 
 

@@ -1,0 +1,105 @@
+"""One point out of the keys that hold for it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import Literal, cast
+
+from gateway.mapping import forms
+from gateway.mapping.encodings import raw_span
+from gateway.mapping.finding import Report
+from gateway.mapping.forms import FormError
+from gateway.mapping.inherit import Inherited, Level, Sources
+from gateway.mapping.kinds import KINDS
+from gateway.mapping.model import NamedValue
+from gateway.mapping.node import Path
+from gateway.mapping.notation import Place
+from gateway.mapping.profile import Encoding, Kind, Limits, Point, Provenance
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """The place of a point in the file: group, tables that it stands in, keys that hold, its own help."""
+
+    group: str
+    levels: list[Level]
+    keys: Inherited
+    help: str
+
+
+class DatumMaker:
+    """Makes the single points of one profile."""
+
+    def __init__(self, sources: Sources, report: Report) -> None:
+        self._sources = sources
+        self._report = report
+
+    def make(self, name: str, place: Place, encoding: Encoding, entry: Entry) -> Point:
+        """The point with the defaults of its kind."""
+        keys, traits = entry.keys, entry.keys.traits
+        kind = traits.kind or Kind.STATUS
+        defaults = KINDS[kind]
+        access = traits.access or defaults.access
+        if access.writable and defaults.role is None:
+            remedy = "choose setpoint, switch, command or parameter"
+            self._report.error(keys.place("access"), f"kind `{kind}` is never written", remedy)
+        return Point(
+            name=name,
+            group=entry.group,
+            kind=kind,
+            access=access,
+            rate=traits.rate or defaults.rate,
+            address=place.address,
+            table=place.table,
+            notation=place.text,
+            encoding=encoding,
+            limits=Limits(traits.range.low, traits.range.high) if traits.range and access.writable else None,
+            role=defaults.role if access.writable else None,
+            by_command_only=kind is Kind.COMMAND and access.writable,
+            wear=cast("int | Literal['unknown'] | None", traits.wear),
+            danger=self._danger(traits.danger or {}, encoding, keys.place("danger")),
+            help=entry.help,
+            provenance=self._provenance(entry),
+        )
+
+    def _provenance(self, entry: Entry) -> Provenance:
+        """Where the point comes from; doubts of single names of its values are added to its own."""
+        own = self._sources.of(entry.levels)
+        values = entry.keys.traits.values
+        table = values if isinstance(values, dict) else {}
+        doubts = [own.doubt] if own.doubt else []
+        doubts += [text for value in table.values() if (text := self._doubt(value, entry.keys.path))]
+        return replace(own, doubt="; ".join(doubts) or None)
+
+    def _doubt(self, value: NamedValue, path: Path) -> str:
+        """What is doubtful about one named value, in words."""
+        if value.source is None and value.doubt is None:
+            return ""
+        origin = self._sources.of([(path, value)])
+        similar = f"from {origin.document} {origin.place}, a similar model" if origin.similar else ""
+        reasons = ", ".join(text for text in (similar, value.doubt) if text)
+        return f"{value.name}: {reasons}" if reasons else ""
+
+    def _danger(self, table: Mapping[str, str], encoding: Encoding, path: Path) -> Mapping[int, str]:
+        """Each raw value that does harm, and what it does."""
+        result: dict[int, str] = {}
+        for key, text in table.items():
+            span = self._danger_span(key, encoding, (*path, key))
+            if span is not None:
+                result.update(dict.fromkeys(range(span[0], span[1] + 1), text))
+        return MappingProxyType(result)
+
+    def _danger_span(self, key: str, encoding: Encoding, path: Path) -> tuple[int, int] | None:
+        try:
+            low, high = forms.integers_span(key)
+        except FormError as error:
+            self._report.error(path, error.message, error.remedy, key=True)
+            return None
+        least, most = raw_span(encoding) or (0, 0)
+        if low < least or high > min(most, 0xFFFF):
+            message = f"`{key}` does not fit: the raw value can be {least} to {most}"
+            self._report.error(path, message, "correct it", key=True)
+            return None
+        return low, high

@@ -79,7 +79,9 @@ class Spy:
         """The first message on the topic, past or to come, whose JSON passes the test."""
         return (await self.several(1, topic, test))[0]
 
-    async def several(self, count: int, topic: str, test: Callable[[Any], bool] = lambda _: True) -> list[Seen]:
+    async def several(
+        self, count: int, topic: str, test: Callable[[Any], bool] = lambda _: True
+    ) -> list[Seen]:
         """So many messages on the topic that pass the test."""
         try:
             async with asyncio.timeout(15):
@@ -87,7 +89,9 @@ class Spy:
                     self._new.clear()
                     await self._new.wait()
         except TimeoutError:
-            raise AssertionError(f"{topic}: not seen in {[m for m in self.seen if m.topic == topic]}") from None
+            raise AssertionError(
+                f"{topic}: not seen in {[m for m in self.seen if m.topic == topic]}"
+            ) from None
         return found
 
     def _find(self, topic: str, test: Callable[[Any], bool]) -> list[Seen]:

@@ -39,7 +39,9 @@ async def test_values_reach_retained_topics(broker: BrokerProcess) -> None:
         assert seen.json["ts"].endswith("Z")
         assert seen.qos == 1
         await epoch_of(spy)
-        bridge.push(*(Sample(f"fan-1.{bit}", True, Quality.GOOD, time.time_ns()) for bit in ("running", "run")))
+        bridge.push(
+            *(Sample(f"fan-1.{bit}", True, Quality.GOOD, time.time_ns()) for bit in ("running", "run"))
+        )
         data = await spy.until("plant7/fan-1/data", lambda d: len(d["values"]) == 2)
         assert data.json["values"]["running"]["v"] is True
         assert not data.retain

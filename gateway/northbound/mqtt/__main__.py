@@ -10,6 +10,7 @@ import sys
 
 from gateway.bridge.api import BridgeError
 from gateway.bridge.client import connect_fd
+from gateway.log import configure
 from gateway.northbound.mqtt.service import serve
 from gateway.northbound.mqtt.settings import SettingsError
 from gateway.northbound.mqtt.topics import TopicError
@@ -19,7 +20,7 @@ BRIDGE_CLOSED = 75
 UNUSABLE = 78
 """Exit code: the configuration cannot be used; starting again will not help (EX_CONFIG)."""
 
-log = logging.getLogger(__name__)
+log = logging.getLogger("gateway.northbound.mqtt")
 
 
 async def run(fd: int) -> int:
@@ -47,8 +48,9 @@ def main() -> int:
     """Read the arguments and run."""
     parser = argparse.ArgumentParser(prog="gateway.northbound.mqtt", description=__doc__)
     parser.add_argument("--fd", type=int, required=True, help="inherited socket to the core")
-    logging.basicConfig(level=logging.INFO, stream=sys.stderr, format="%(levelname)s mqtt %(message)s")
-    return asyncio.run(run(parser.parse_args().fd))
+    arguments = parser.parse_args()
+    configure("mqtt")
+    return asyncio.run(run(arguments.fd))
 
 
 if __name__ == "__main__":

@@ -11,9 +11,10 @@ import time
 from collections.abc import Callable
 
 from gateway.northbound.mqtt import payload
-from gateway.northbound.mqtt.connection import Answer, Connection, RefusedError, Version
+from gateway.northbound.mqtt.connection import Answer, Connection, RefusedError
 from gateway.northbound.mqtt.message import Incoming
 from gateway.northbound.mqtt.outbox import Outbox
+from gateway.northbound.mqtt.protocol import Version
 from gateway.northbound.mqtt.settings import Broker, SettingsError
 from gateway.northbound.mqtt.topics import Topics
 

@@ -29,11 +29,19 @@ class Order:
     id: str | int | None
     by: str
     ttl: float
+    proof: str = ""
+    """What sets it apart from a later order under the same id."""
 
     @property
-    def key(self) -> str:
-        """What makes two orders the same one for "at most once"; empty for a stop, which never is."""
-        return "" if self.is_stop else "\n".join((self.drive, self.name, self.by, str(self.id)))
+    def key(self) -> tuple[str, ...]:
+        """What makes two orders the same one, for as long as this adapter remembers."""
+        return (self.drive, self.name, self.by, str(self.id))
+
+    @property
+    def bridge_id(self) -> str:
+        """What makes two orders the same one for the core, which remembers across a restart of this
+        adapter; empty (never the same) for a stop."""
+        return "" if self.is_stop else "\n".join((*self.key, self.proof))
 
     @property
     def fingerprint(self) -> bytes:
@@ -72,8 +80,21 @@ def read_order(drive: DriveInfo, name: str, incoming: Incoming) -> Order:
     ttl = time_to_live(incoming, request)
     content = _arguments(name, request) if is_command else _value(name, request)
     return Order(
-        drive=drive.name, name=name, content=content, id=request.id, by=request.by or "anonymous", ttl=ttl
+        drive=drive.name,
+        name=name,
+        content=content,
+        id=request.id,
+        by=request.by or "anonymous",
+        ttl=ttl,
+        proof=_proof(request, incoming),
     )
+
+
+def _proof(request: Request, incoming: Incoming) -> str:
+    """A retry across a restart of this adapter carries the same ``exp`` (with an epoch alone it would be
+    refused). Without ``exp`` the moment of arrival makes the order unique: somebody who always uses the
+    same id must not get last week's answer."""
+    return str(incoming.arrived.wall) if request.exp is None else str(request.exp)
 
 
 def _arguments(name: str, request: Request) -> Content:

@@ -53,7 +53,7 @@ def refused(cause: Cause, reason: str) -> Outcome:
 
 
 class Request(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """A command's payload. ``exp`` is in nanoseconds since 1970 after `parse`."""
+    """A command's payload, as it came."""
 
     id: str | int | None = None
     v: bool | int | float | str | msgspec.UnsetType | None = msgspec.UNSET

@@ -97,6 +97,8 @@ class Runner:
             through="mqtt", who=order.by, role=self._role, address=self._address, authenticated=False
         )
         if (args := order.args) is not None:
-            return await self._bridge.command(order.drive, order.name, args, origin, order.ttl, order.key)
+            return await self._bridge.command(
+                order.drive, order.name, args, origin, order.ttl, order.bridge_id
+            )
         tag = tag_of(order.drive, order.name)
-        return await self._bridge.write(tag, order.value, origin, order.ttl, order.key)
+        return await self._bridge.write(tag, order.value, origin, order.ttl, order.bridge_id)

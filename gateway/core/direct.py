@@ -13,6 +13,9 @@ from gateway.core.shell import Shell
 from gateway.mapping.site import Site
 from gateway.tag import Role
 
+OPEN_SECONDS = 3.0
+"""How long a first request waits for the ports; after that it is told that its line is down."""
+
 
 class DirectBridge(MessageBridge):
     """A client of a core in the same process."""
@@ -44,6 +47,7 @@ async def open_core(
     with data_lock(site.data):
         shell = Shell(site, line_ports or {})
         shell.start()
+        await shell.ports_tried(OPEN_SECONDS)
         bridge = DirectBridge(shell, name, ceiling)
         try:
             yield bridge

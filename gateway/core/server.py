@@ -33,7 +33,7 @@ from gateway.bridge.messages import (
 from gateway.core.shell import Shell
 from gateway.tag import Role
 
-log = structlog.get_logger()
+log = structlog.get_logger(__name__)
 
 MAX_UNSENT_REPLIES = 10_000
 """Replies that may wait for one client; one that asks and never listens is cut off."""

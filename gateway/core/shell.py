@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import dataclasses
 import time
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -38,7 +39,10 @@ from gateway.line.port import Port, open_port
 from gateway.mapping.site import LineConfig, Site
 from gateway.tag import Instant, Role
 
-log = structlog.get_logger()
+log = structlog.get_logger(__name__)
+
+SPIN = 150e-6
+"""Seconds before a timer's end that are waited out by looking at the clock: sleeping wakes too late."""
 
 Deliver = Callable[[Response], None]
 """How a client is told something; must not block."""
@@ -55,19 +59,21 @@ class Shell:
     Args:
         site: the configuration.
         line_ports: ports to use instead of those of the site, by line.
-        sections: configuration of the adapters, for their welcome.
     """
 
     def __init__(self, site: Site, line_ports: Mapping[str, str]) -> None:
         self.core = Core(site, __version__)
-        self._configs = {config.name: config for config in site.lines}
-        self._line_ports = line_ports
+        self._configs = {
+            config.name: dataclasses.replace(config, port=line_ports.get(config.name, config.port))
+            for config in site.lines
+        }
         self._loop = asyncio.get_running_loop()
         self._ports: dict[str, Port] = {}
         self._opening: dict[str, asyncio.Task[None]] = {}
         self._clients: dict[int, Deliver] = {}
         self._last_session = 0
         self._timer: asyncio.TimerHandle | None = None
+        self._armed_for: float | None = None
         site.data.mkdir(parents=True, exist_ok=True)
         self._journal = Journal(site.data, self._recorded)
 
@@ -75,6 +81,10 @@ class Shell:
         """Open the ports and begin."""
         self._journal.start()
         self.feed(Started())
+
+    async def ports_tried(self, seconds: float) -> None:
+        """Wait until every port was opened or found to be in trouble, at most so long."""
+        await asyncio.wait(list(self._opening.values()), timeout=seconds)
 
     async def stop(self) -> None:
         """End what is under way, close the ports, write the journal out."""
@@ -115,20 +125,27 @@ class Shell:
         self._arm()
 
     def _arm(self) -> None:
+        """One timer, for the core's next instant."""
+        wake = self.core.wake()
+        if wake == self._armed_for:
+            return
         if self._timer is not None:
             self._timer.cancel()
-        wake = self.core.wake()
-        self._timer = None if wake is None else self._loop.call_at(wake, self._tick)
+        self._armed_for = wake
+        self._timer = None if wake is None else self._loop.call_at(wake - SPIN, self._tick, wake)
 
-    def _tick(self) -> None:
-        self._timer = None
+    def _tick(self, wake: float) -> None:
+        self._timer = self._armed_for = None
+        while time.monotonic() < wake:
+            if wake - time.monotonic() > SPIN:
+                self._arm()
+                return
         self.feed(Ticked())
 
     def _carry_out(self, action: Action) -> None:
         match action:
             case Transmit(line, data):
-                if line in self._ports:
-                    self._ports[line].write(data)
+                self._transmit(line, data)
             case Tell(session, message):
                 if session in self._clients:
                     self._clients[session](message)
@@ -138,6 +155,15 @@ class Shell:
                 self._opening[line] = self._loop.create_task(self._open(self._configs[line]))
             case Close(line):
                 self._close(line)
+
+    def _transmit(self, line: str, data: bytes) -> None:
+        port = self._ports.get(line)
+        if port is None:
+            return
+        try:
+            port.write(data)
+        except OSError as error:
+            self._loop.call_soon(self._lost, line, error.strerror or str(error))
 
     def _recorded(self, number: int, problem: str) -> None:
         """Called from the journal's thread."""
@@ -149,18 +175,15 @@ class Shell:
     # -- ports
 
     async def _open(self, config: LineConfig) -> None:
-        line = config.name
-        where = self._line_ports.get(line, config.port)
+        line, where = config.name, config.port
         try:
-            port = await open_port(
-                config, where, lambda data: self._received(line, data), lambda r: self._lost(line, r)
-            )
+            port = await open_port(config)
         except OSError as error:
-            reason = f"{where}: {error.strerror or error}"
-            log.warning("port not opened", line=line, reason=reason)
-            self.feed(PortLost(line, reason))
+            log.warning("port not opened", line=line, port=where, reason=str(error))
+            self.feed(PortLost(line, str(error)))
             return
         self._ports[line] = port
+        port.attach(lambda data: self._received(line, data), lambda reason: self._lost(line, reason))
         log.info("port open", line=line, port=where)
         self.feed(PortOpened(line))
 

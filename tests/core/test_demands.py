@@ -33,7 +33,9 @@ changes = st.lists(
 
 
 @given(changes)
-def test_demands_are_exactly_what_the_clients_last_said(steps: list[tuple[int, dict[str, float | None] | None]]) -> None:
+def test_demands_are_exactly_what_the_clients_last_said(
+    steps: list[tuple[int, dict[str, float | None] | None]],
+) -> None:
     demands = Demands()
     model: dict[int, dict[str, float]] = {}
     for client, wants in steps:

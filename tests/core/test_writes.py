@@ -72,7 +72,9 @@ def test_writing_is_off_until_the_site_says_otherwise() -> None:
         ("frequency_command", 9.0, Cause.UNKNOWN_TAG),
     ],
 )
-def test_t1_t2_what_does_not_fit_is_refused_whole(world: World, tag: str, value: object, cause: Cause) -> None:
+def test_t1_t2_what_does_not_fit_is_refused_whole(
+    world: World, tag: str, value: object, cause: Cause
+) -> None:
     outcome = world.write(tag, value)  # type: ignore[arg-type]
     assert (outcome.verdict, outcome.cause) == (Verdict.REFUSED, cause)
     assert outcome.reason
@@ -90,7 +92,9 @@ def test_t1_t2_what_does_not_fit_is_refused_whole(world: World, tag: str, value:
         ("explode", {}, Cause.UNKNOWN_COMMAND),
     ],
 )
-def test_commands_with_wrong_arguments_are_refused(world: World, name: str, args: dict[str, object], cause: Cause) -> None:
+def test_commands_with_wrong_arguments_are_refused(
+    world: World, name: str, args: dict[str, object], cause: Cause
+) -> None:
     outcome = world.command(name, **args)  # type: ignore[arg-type]
     assert (outcome.verdict, outcome.cause) == (Verdict.REFUSED, cause)
     assert world.sent() == []

@@ -57,15 +57,37 @@ def make_site(drives: int = 1, *, writes: bool = True, first_unit: int = 5, baud
     """A site with one line and so many 7200GS: fan-1 at unit 5, fan-2 at unit 6 ..."""
     settings = {name: s.default for name, s in teco().settings.items() if s.default is not None}
     configs = tuple(
-        DriveConfig(name=f"fan-{n + 1}", line="north", profile=teco(), unit=first_unit + n, settings=settings,
-                    ranges={"frequency_command": (Fraction(0), Fraction(60))})
+        DriveConfig(
+            name=f"fan-{n + 1}",
+            line="north",
+            profile=teco(),
+            unit=first_unit + n,
+            settings=settings,
+            ranges={"frequency_command": (Fraction(0), Fraction(60))},
+        )
         for n in range(drives)
     )
-    line = LineConfig(name="north", port="simulated:", framing="rtu", baud=baud, format=SerialFormat(8, "N", 2),
-                      rs485=Rs485(), drives=configs)
-    return Site(site="plant7", gateway="gw1", path=Path("site.yaml"), lines=(line,),
-                rates={"fast": 0.2, "normal": 1.0, "slow": 30.0}, writes_enabled=writes, data=Path("data"),
-                opcua=None, mqtt=(), digest="0" * 64)
+    line = LineConfig(
+        name="north",
+        port="simulated:",
+        framing="rtu",
+        baud=baud,
+        format=SerialFormat(8, "N", 2),
+        rs485=Rs485(),
+        drives=configs,
+    )
+    return Site(
+        site="plant7",
+        gateway="gw1",
+        path=Path("site.yaml"),
+        lines=(line,),
+        rates={"fast": 0.2, "normal": 1.0, "slow": 30.0},
+        writes_enabled=writes,
+        data=Path("data"),
+        opcua=None,
+        mqtt=(),
+        digest="0" * 64,
+    )
 
 
 class World:
@@ -108,16 +130,33 @@ class World:
     def watch(self, wants: dict[str, float | None], session: int | None = None) -> dict[str, float]:
         request = Watch(self._next_request(), wants)
         self.feed(Asked(session or self.session, request))
-        [reply] = [m for m in self.told[session or self.session] if isinstance(m, Promised) and m.id == request.id]
+        [reply] = [
+            m for m in self.told[session or self.session] if isinstance(m, Promised) and m.id == request.id
+        ]
         return dict(reply.periods)
 
-    def ask_write(self, tag: str, value: Value, origin: Origin = ENGINEER, ttl: float = 5.0, key: str = "",
-                  session: int | None = None) -> Callable[[], Outcome | None]:
+    def ask_write(
+        self,
+        tag: str,
+        value: Value,
+        origin: Origin = ENGINEER,
+        ttl: float = 5.0,
+        key: str = "",
+        session: int | None = None,
+    ) -> Callable[[], Outcome | None]:
         request = WriteTag(self._next_request(), tag, value, origin, ttl, key)
         return self._ask(request, session or self.session)
 
-    def ask_command(self, name: str, drive: str = "fan-1", origin: Origin = OPERATOR, ttl: float = 5.0, key: str = "",
-                    session: int | None = None, **args: Value) -> Callable[[], Outcome | None]:
+    def ask_command(
+        self,
+        name: str,
+        drive: str = "fan-1",
+        origin: Origin = OPERATOR,
+        ttl: float = 5.0,
+        key: str = "",
+        session: int | None = None,
+        **args: Value,
+    ) -> Callable[[], Outcome | None]:
         request = RunCommand(self._next_request(), drive, name, args, origin, ttl, key)
         return self._ask(request, session or self.session)
 

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 from fractions import Fraction
 
 from gateway.mapping import names
+from gateway.mapping.commands import STOP
 from gateway.mapping.encodings import raw_span, value_span
 from gateway.mapping.facts import LOOP_BACK, READ_HOLDING, READ_INPUT, WRITE_MANY, WRITE_ONE
 from gateway.mapping.finding import Report
@@ -68,6 +69,7 @@ def _check_point(point: Point, keys: Inherited, resolved: Resolved, report: Repo
     _check_size(point, keys, resolved.profile, report)
     _check_times(point, keys, resolved, report)
     _check_functions(point, keys, resolved.profile, report)
+    _check_origin(point, keys, report)
     if point.limits is not None:
         _check_limits(point, point.limits, keys, resolved, report)
     if (
@@ -84,6 +86,13 @@ def _check_point(point: Point, keys: Inherited, resolved: Resolved, report: Repo
             "add the number of writes that it lasts, or unknown",
             key=True,
         )
+
+
+def _check_origin(point: Point, keys: Inherited, report: Report) -> None:
+    """What is known of a similar model only, and is written all the same."""
+    if point.access.writable and point.provenance.similar:
+        message = f"`{point.name}` is written, but known from a similar model only"
+        report.warn(keys.path, message, "try it on the drive, and give its own source", key=True)
 
 
 def _check_size(point: Point, keys: Inherited, profile: Profile, report: Report) -> None:
@@ -253,10 +262,13 @@ def _check_probe(profile: Profile, report: Report) -> None:
 
 def _check_commands(profile: Profile, report: Report) -> None:
     runs = [name for name in profile.commands if name.startswith("run_")]
-    if runs and "stop" not in profile.commands:
-        report.unknown_name(
-            ("commands", runs[0]), f"there is `{runs[0]}`, but no command `stop`", "add it", key=True
-        )
+    if runs and STOP not in profile.commands:
+        message = f"there is `{runs[0]}`, but no command `stop`"
+        report.unknown_name(("commands", runs[0]), message, "add it", key=True)
+    stop = profile.commands.get(STOP)
+    if stop is not None and (stop.args or stop.only_when):
+        key = "args" if stop.args else "only_when"
+        report.error(("commands", STOP, key), "`stop` waits for nothing", f"leave `{key}` out", key=True)
 
 
 def _check_settings(resolved: Resolved, report: Report) -> None:

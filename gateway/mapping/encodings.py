@@ -108,6 +108,7 @@ class Encodings:
 
     def _fits(self, encoding: Encoding, keys: Inherited) -> None:
         """Complain about raw values that cannot occur, and about names for what is no count."""
+        self._unmixed(encoding, keys)
         span = raw_span(encoding)
         for key, table in (("values", encoding.values), ("special", encoding.special)):
             if table and span is None:
@@ -123,6 +124,15 @@ class Encodings:
                         f"the raw value {raw} of `{key}` does not fit: it can be {span[0]} to {span[1]}",
                         "correct the value or the width",
                     )
+
+    def _unmixed(self, encoding: Encoding, keys: Inherited) -> None:
+        """A unit is for amounts: neither a single bit nor named values have one."""
+        amount = encoding.symbol or encoding.times or encoding.offset
+        if amount and (encoding.values or encoding.width == 1):
+            key = next(key for key in ("unit", "times", "offset") if key in keys.where)
+            what = "`values`" if encoding.values else "a single bit"
+            message = f"`{key}` cannot stand beside {what}"
+            self._report.error(keys.place(key), message, "leave one of them out", key=True)
 
 
 def raw_span(encoding: Encoding) -> tuple[int, int] | None:

@@ -99,7 +99,7 @@ class PointMaker:
         """The word with the bits (first and width) that every write lays over it."""
         bit, width = bits
         if not 0 <= value < 1 << width:
-            self._report.error((*path, "always"), f"{value} does not fit {width} bits", "correct it")
+            self._report.error((*path, "always"), f"{value} does not fit a width of {width}", "correct it")
             return word
         mask = (1 << width) - 1 << bit
         return replace(word, always_mask=word.always_mask | mask, always_bits=word.always_bits | value << bit)

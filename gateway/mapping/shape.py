@@ -143,7 +143,7 @@ def _length(report: Report, path: Path) -> int:
     node = report.root
     for part in path:
         node = node.child(part) or node
-    return len(node.value)
+    return max(len(node.value), len(node.keys))
 
 
 def _has_key(report: Report, path: Path) -> bool:

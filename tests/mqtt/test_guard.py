@@ -206,15 +206,18 @@ def test_a_command_is_remembered_long_enough(steps: list[tuple[int, float]]) -> 
             assert found is not None
         else:
             assert found is None
-            once.begin(key, key, now).outcome = Outcome(verdict=Verdict.CONFIRMED)
+            once.begin(key, key)
+            once.finish(key, Outcome(verdict=Verdict.CONFIRMED), now)
             began[key] = now
 
 
 def test_commands_under_way_are_never_forgotten_and_memory_is_bounded() -> None:
     once: Once[int] = Once()
-    once.begin("slow", 0, 0.0)
+    once.begin("slow", 0)
     for number in range(2 * LIMIT):
         once.find(number, 1.0)
-        once.begin(number, 0, 1.0).outcome = Outcome(verdict=Verdict.CONFIRMED)
+        once.begin(number, 0)
+        once.finish(number, Outcome(verdict=Verdict.CONFIRMED), 1.0)
+    assert once.find(LIMIT - 1, 1.0) is None
+    assert once.find(2 * LIMIT - 1, 1.0) is not None
     assert once.find("slow", 10 * REMEMBER) is not None
-    assert once.find(LIMIT, 1.0) is None

@@ -94,11 +94,11 @@ class Commander:
             self._start(order, reply)
 
     def _start(self, order: Order, reply: Reply) -> None:
-        entry = self._once.begin(order.key, order.fingerprint, self._clock().mono)
+        self._once.begin(order.key, order.fingerprint)
 
         def done(outcome: Outcome) -> None:
-            entry.outcome = outcome
-            for waiting in (reply, *entry.waiting):
+            others = self._once.finish(order.key, outcome, self._clock().mono)
+            for waiting in (reply, *others):
                 self._answer(waiting, outcome)
 
         self._runner.start(order, done)

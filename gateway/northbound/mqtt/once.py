@@ -12,7 +12,7 @@ from gateway.tag import Outcome
 REMEMBER = 12 * DEFAULT_TTL
 """Seconds that an answered command is remembered: several times the longest life of a command."""
 LIMIT = 4096
-"""Most commands remembered at a time; then the oldest answered one goes."""
+"""Most answered commands remembered at a time."""
 WAITING_LIMIT = 16
 """Most repetitions of one command that wait for its answer."""
 
@@ -25,8 +25,8 @@ class Entry(Generic[Reply]):
 
     content: Hashable
     """What it asks for, to tell a repetition from another command under the same id."""
-    began: float
     outcome: Outcome | None = None
+    answered: float = 0.0
     waiting: list[Reply] = field(default_factory=list)
     """Where the answer is also wanted, by repetitions that came before it was there."""
 
@@ -39,27 +39,33 @@ class Entry(Generic[Reply]):
 
 
 class Once(Generic[Reply]):
-    """Remembers commands by a key (drive, name and id), in the order of their coming."""
+    """Remembers commands by a key (drive, name, sender and id). Times are monotonic seconds."""
 
     def __init__(self) -> None:
-        self._entries: dict[Hashable, Entry[Reply]] = {}
+        self._under_way: dict[Hashable, Entry[Reply]] = {}
+        self._answered: dict[Hashable, Entry[Reply]] = {}
 
     def find(self, key: Hashable, now: float) -> Entry[Reply] | None:
         """The command that came first under this key, if it is still remembered."""
         self._forget(now)
-        return self._entries.get(key)
+        return self._under_way.get(key) or self._answered.get(key)
 
-    def begin(self, key: Hashable, content: Hashable, now: float) -> Entry[Reply]:
-        """Remember a new command."""
-        entry = self._entries[key] = Entry(content, now)
+    def begin(self, key: Hashable, content: Hashable) -> Entry[Reply]:
+        """Remember a new command; until it is answered, it is never forgotten."""
+        entry = self._under_way[key] = Entry(content)
         return entry
 
+    def finish(self, key: Hashable, outcome: Outcome, now: float) -> list[Reply]:
+        """Remember a command's answer; who else waits for it."""
+        entry = self._under_way.pop(key)
+        entry.outcome, entry.answered = outcome, now
+        self._answered[key] = entry
+        return entry.waiting
+
     def _forget(self, now: float) -> None:
-        """Drop answered commands that are old, or are too many. Those under way always stay."""
-        for key, entry in list(self._entries.items()):
-            young = now - entry.began < REMEMBER
-            if entry.outcome is None:
-                continue
-            if young and len(self._entries) < LIMIT:
+        while self._answered:
+            oldest = next(iter(self._answered))
+            young = now - self._answered[oldest].answered < REMEMBER
+            if young and len(self._answered) <= LIMIT:
                 return
-            del self._entries[key]
+            del self._answered[oldest]

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Coroutine
-from typing import Any
+import contextlib
+from collections import defaultdict
+from collections.abc import Callable
 
 from gateway.bridge.api import Bridge, BridgeError
 from gateway.northbound.mqtt.order import Order
@@ -28,14 +29,14 @@ Done = Callable[[Outcome], None]
 
 
 class Runner:
-    """Runs orders in tasks of their own; ``done`` of each is called with its outcome."""
+    """Runs orders in tasks of their own; ``done`` of each is called once, with its outcome."""
 
     def __init__(self, bridge: Bridge, role: Role, address: str) -> None:
         self._bridge = bridge
         self._role = role
         self._address = address
-        self._tasks: set[asyncio.Task[None]] = set()
-        self._stops: dict[str, int] = {}
+        self._tasks: set[asyncio.Task[Outcome]] = set()
+        self._stops: defaultdict[str, int] = defaultdict(int)
         self._next_stop: dict[str, tuple[Order, Done]] = {}
 
     @property
@@ -45,12 +46,15 @@ class Runner:
 
     def start(self, order: Order, done: Done) -> None:
         """Begin an order."""
-        self._begin(self._run(order, done))
+        task = asyncio.create_task(self._run(order))
+        self._tasks.add(task)
+        task.add_done_callback(lambda ended: self._ended(ended, order, done))
 
     def stop(self, order: Order, done: Done) -> None:
         """Begin a stop, or keep it as the next one of its drive."""
-        if self._stops.get(order.drive, 0) < STOP_LIMIT:
-            self._begin_stop(order, done)
+        if self._stops[order.drive] < STOP_LIMIT:
+            self._stops[order.drive] += 1
+            self.start(order, done)
             return
         if (older := self._next_stop.get(order.drive)) is not None:
             older[1](SUPERSEDED)
@@ -58,39 +62,33 @@ class Runner:
 
     async def finish(self, seconds: float) -> None:
         """Give what is under way so many seconds; what remains is told to be unknown."""
-        if self._tasks:
-            await asyncio.wait(self._tasks, timeout=seconds)
-        for task in list(self._tasks):
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(seconds):
+                while self._tasks:
+                    await asyncio.wait(self._tasks)
+        for _, done in self._next_stop.values():
+            done(UNFINISHED)
+        self._next_stop.clear()
+        for task in self._tasks:
             task.cancel()
-        await asyncio.gather(*self._tasks, return_exceptions=True)
+        while self._tasks:
+            await asyncio.wait(self._tasks)
 
-    def _begin(self, run: Coroutine[Any, Any, None]) -> None:
-        task = asyncio.create_task(run)
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
-
-    def _begin_stop(self, order: Order, done: Done) -> None:
-        self._stops[order.drive] = self._stops.get(order.drive, 0) + 1
-        self._begin(self._run_stop(order, done))
-
-    async def _run_stop(self, order: Order, done: Done) -> None:
-        try:
-            await self._run(order, done)
-        finally:
+    def _ended(self, task: asyncio.Task[Outcome], order: Order, done: Done) -> None:
+        """Also for a task that was cancelled before it began."""
+        self._tasks.discard(task)
+        if order.is_stop:
             self._stops[order.drive] -= 1
             if (waiting := self._next_stop.pop(order.drive, None)) is not None:
-                self._begin_stop(*waiting)
+                self.stop(*waiting)
+        done(UNFINISHED if task.cancelled() else task.result())
 
-    async def _run(self, order: Order, done: Done) -> None:
-        outcome = UNFINISHED
+    async def _run(self, order: Order) -> Outcome:
         try:
-            outcome = await self._ask(order)
+            return await self._ask(order)
         except BridgeError as error:
-            outcome = Outcome(
-                verdict=Verdict.UNKNOWN, cause=Cause.NO_ANSWER, reason=f"the core is gone: {error}"
-            )
-        finally:
-            done(outcome)
+            reason = f"the core is gone: {error}"
+            return Outcome(verdict=Verdict.UNKNOWN, cause=Cause.NO_ANSWER, reason=reason)
 
     async def _ask(self, order: Order) -> Outcome:
         origin = Origin(

@@ -113,7 +113,7 @@ class Publish(Shape):
     max_silence: Duration | None = None
 
 
-class Commands(Entry):
+class Commanding(Entry):
     """Whether a broker may command, and as whom."""
 
     first: ClassVar[str] = "role"
@@ -129,7 +129,7 @@ class Mqtt(Shape):
     password_file: Text | None = None
     ca_file: Text | None = None
     client_id: Text | None = None
-    commands: Commands | None = None
+    commands: Commanding | None = None
     publish: list[Publish] | None = None
     sparkplug: Later = None
     password: Secret = None

@@ -66,7 +66,7 @@ class Shape(BaseModel):
         return data
 
     @classmethod
-    def keys(cls) -> list[str]:
+    def key_names(cls) -> list[str]:
         """The keys as they are written in a file."""
         return [info.alias or name for name, info in cls.model_fields.items()]
 
@@ -133,7 +133,7 @@ def _tell(detail: ErrorDetails, data: Any, seen: dict[int, tuple[type[Shape], An
             report.error(path[:-1], f"`{path[-1]}` is missing", "add it", key=True)
     elif detail["type"] == "extra_forbidden":
         model = seen.get(id(_at(data, path[:-1])), (Shape, None))[0]
-        report.error(path, f"unknown key `{path[-1]}`", nearest(str(path[-1]), model.keys()), key=True)
+        report.error(path, f"unknown key `{path[-1]}`", nearest(str(path[-1]), model.key_names()), key=True)
     elif detail["type"] != "too_short" or _length(report, path) == detail["ctx"]["actual_length"]:
         report.error(path, *_words(detail))
 

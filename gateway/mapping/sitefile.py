@@ -36,7 +36,12 @@ def speed(text: str) -> tuple[int, SerialFormat]:
 
 
 def port(text: str) -> str:
-    """A device path, ``tcp://host:port``, ``modbus://host:port`` or ``simulated:``."""
+    """A device path, ``tcp://host:port``, ``modbus://host:port`` or ``simulated:``.
+
+    The colon at the end would need quotes in YAML, so the bare word means the same.
+    """
+    if text == SIMULATED.rstrip(":"):
+        return SIMULATED
     scheme, colon, _ = text.partition("://")
     if colon and scheme not in _NETWORK:
         raise FormError(

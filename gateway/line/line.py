@@ -247,12 +247,18 @@ class Line:
         unit = self._units[done.question.unit]
         self._over(done, now + self.gap)
         result = self._counted(reply)
-        news: list[Action] = [UnitUp(done.question.unit, now)] if unit.heard() else []
+        news = self._heard(unit, now)
         if done.question.doubtful:
             return [*news, *told(done, Silent(damaged=True), now)]
         unit.suspicion.clear()
         unit.turnaround.answered(self._wire.turnaround(done, reply, now))
         return [*news, *told(done, result, now), *self._follow_drift(unit, now)]
+
+    def _heard(self, unit: Unit, now: float) -> list[Action]:
+        if not unit.heard():
+            return []
+        self._pace(now)
+        return [UnitUp(unit.facts.unit, now)]
 
     def _counted(self, reply: Reply) -> Answered | Refused:
         if reply.exception is None:
@@ -273,6 +279,7 @@ class Line:
         actions = told(done, Silent(damaged=done.heard), now)
         if not unit.silent(done.began, now):
             return actions
+        self._pace(now)
         reason = "damaged replies only" if done.heard else "no answer"
         down = UnitDown(done.question.unit, now, reason)
         return [*actions, down, *failed_blocks(self.plan, [unit], now)]
@@ -319,7 +326,12 @@ class Line:
         self._planned_at = now
         facts = {unit.facts.unit: unit.facts for unit in self._units}
         self.plan = make_plan(self._wants, facts, self._read_cost)
-        self._schedule.replan(self.plan.blocks, now)
+        self._pace(now)
+
+    def _pace(self, now: float) -> None:
+        """Let the schedule follow the plan and the units that are there."""
+        down = {unit.facts.unit for unit in self._units if unit.up is False}
+        self._schedule.replan(self.plan, down, now)
 
     def _read_cost(self, unit: int, count: int) -> float:
         return self._wire.read_cost(count, self._planned[unit])

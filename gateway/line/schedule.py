@@ -7,11 +7,14 @@ leave reads half of the line: what a command took is owed to the reads that wait
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
-from gateway.line.interface import Block, Job, Priority
+from gateway.line.interface import Block, Job, Plan, Priority
 
+EAGER = 0.98
+"""On a line that cannot hold all that is wanted, reads come due a little faster than the wire can carry
+them: then it is never idle, and deadlines alone decide who waits."""
 READ_PATIENCE = 0.5
 """Seconds after which a read that was asked once counts as late."""
 PROBE_PATIENCE = 0.5
@@ -27,6 +30,8 @@ class Due:
 
     block: Block
     at: float
+    pace: float
+    """Seconds after which it is due again: its period, or less on an overloaded line."""
 
     @property
     def deadline(self) -> float:
@@ -86,10 +91,16 @@ class Schedule:
         self._jobs: list[Waiting] = []
         self._owed = 0.0
 
-    def replan(self, blocks: Iterable[Block], now: float) -> None:
-        """Take a new plan. A read that was planned before keeps its phase."""
-        old = {_key(due.block): due.at for due in self._reads}
-        self._reads = [Due(block, min(old.get(_key(block), now), now + block.period)) for block in blocks]
+    def replan(self, plan: Plan, down: Collection[int], now: float) -> None:
+        """Take a new plan, or another set of units held to be down. A read that was planned before stays
+        the same object and keeps its phase: it may be on the wire just now."""
+        old = {_key(due.block): due for due in self._reads}
+        hurry = _hurry(plan, down)
+        self._reads = []
+        for block in plan.blocks:
+            due = old.get(_key(block)) or Due(block, now, 0.0)
+            due.block, due.at, due.pace = block, min(due.at, now + block.period), hurry * block.period
+            self._reads.append(due)
 
     def ask(self, job: Job, now: float) -> None:
         """Let a job wait for its turn."""
@@ -162,13 +173,30 @@ class Schedule:
 
 
 def settle(due: Due, now: float) -> None:
-    """Set when a read that was answered is due again: in phase, whole periods that passed left out."""
-    due.at += due.block.period * max(1.0, (now - due.at) // due.block.period)
+    """Set when a read that was answered is due again: in phase, whole periods that passed left out.
+
+    On an overloaded line there is no phase to keep: there all reads are late alike, and take turns.
+    """
+    if due.pace < due.block.period:
+        due.at = max(due.at + due.pace, now - due.pace)
+    else:
+        due.at += due.pace * max(1.0, (now - due.at) // due.pace)
 
 
 def postpone(due: Due, until: float) -> None:
     """Let a read wait that failed."""
     due.at = max(due.at, until)
+
+
+def _hurry(plan: Plan, down: Collection[int]) -> float:
+    """By what to shorten the periods of an overloaded line, so that it is full; never below what is wanted.
+
+    What silent units leave free goes to the others: a plan's promises hold with all units there.
+    """
+    if plan.stretch <= 1:
+        return 1.0
+    load = sum(block.cost / block.period for block in plan.blocks if block.unit not in down)
+    return min(1.0, max(EAGER * load, 1 / plan.stretch))
 
 
 def _always(unit: int) -> float:

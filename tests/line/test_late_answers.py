@@ -1,0 +1,193 @@
+"""H4: a late answer is never taken for the answer to another request."""
+
+import random
+from itertools import pairwise
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gateway.line.interface import (
+    Answered,
+    BlockRead,
+    JobDone,
+    Priority,
+    Read,
+    Refused,
+    Silent,
+    Unsent,
+    Want,
+    Write,
+)
+from tests.line.bench import Bench, FakeUnit, facts, frame
+
+LOOP_BACK = {"functions": (3, 8, 16), "loop_back": True}
+PLAIN = {"functions": (3, 16)}
+
+
+def counting(address: int) -> int:
+    """What a register holds: its own address, so that a value tells where it was read."""
+    return 0x4000 + address
+
+
+REGISTERS = {address: counting(address) for address in range(0x40)}
+
+
+def wrong_values(bench: Bench) -> list[BlockRead]:
+    return [
+        block
+        for block in bench.of(BlockRead)
+        if block.words != tuple(counting(block.address + i) for i in range(len(block.words)))
+    ]
+
+
+def late(rng: random.Random, share: float, most: float):
+    return lambda: rng.uniform(0.0, most) if rng.random() < share else 0.0
+
+
+@pytest.mark.parametrize("unit", [LOOP_BACK, PLAIN], ids=["loop-back", "other length"])
+@settings(max_examples=8, deadline=None)
+@given(st.integers(0, 2**32), st.sampled_from([0.02, 0.2]), st.sampled_from([0.1, 0.9, 4.0]))
+def test_no_wrong_value_from_late_answers(unit, seed: int, share: float, most: float) -> None:
+    rng = random.Random(seed)
+    fake = FakeUnit(functions=unit["functions"], registers=dict(REGISTERS), late=late(rng, share, most))
+    wants = [Want(5, 0x20, 1, 0.05), Want(5, 0x28, 1, 0.05), Want(5, 0x31, 1, 0.07), Want(5, 0x01, 2, 0.3)]
+    bench = Bench([facts(**unit)], [fake]).start(*wants)
+    bench.quiet = False  # a late answer may arrive while we speak
+    bench.run(60)
+    assert wrong_values(bench) == []
+    assert len(bench.of(BlockRead)) > 50
+    fake.late = lambda: 0.0
+    done = len(bench.of(BlockRead))
+    bench.run(30)
+    assert len(bench.of(BlockRead)) > done + 100, "when the faults end, all is well again"
+
+
+def test_a_late_read_is_not_taken_for_the_next_of_the_same_length() -> None:
+    fake = FakeUnit(registers=dict(REGISTERS))
+    bench = Bench([facts()], [fake]).start(Want(5, 0x20, 1, 1.0), Want(5, 0x31, 1, 1.0))
+    bench.quiet = False
+    bench.run(20)
+    delays = iter([0.2])
+    fake.late = lambda: next(delays, 0.0)
+    bench.run(20)
+    assert wrong_values(bench) == []
+    assert bench.line.counters.timeouts + bench.line.counters.damaged >= 1
+    notes = [traced.note for traced in bench.line.trace]
+    assert "resynchronise" in notes
+
+
+def test_the_nonce_is_fresh_each_time() -> None:
+    fake = FakeUnit(functions=(3, 8, 16))
+    bench = Bench([facts(**LOOP_BACK)], [fake]).start(Want(5, 0x20, 1, 0.5))
+    bench.run(3)
+    fake.on = False
+    bench.run(1.0)
+    fake.functions = (8,)
+    fake.on = True
+    bench.run(60)
+    nonces = [data[4:6] for _, sent, data in bench.wire if sent and data[1] == 8]
+    assert len(nonces) == len(set(nonces)) > 0
+
+
+def test_a_late_write_is_not_taken_for_the_next_write() -> None:
+    fake = FakeUnit()
+    bench = Bench([facts(reply_max=0.2)], [fake]).start()
+    bench.quiet = False
+    bench.run(1)
+    delays = iter([0.5])
+    fake.late = lambda: next(delays, 0.0)
+    first = bench.ask(Write(5, 1, (1, 6000)))
+    bench.run(0.3)
+    assert bench.result(first) == Silent()
+    fake.refuse = {16: 0x22}
+    second = bench.ask(Write(5, 1, (1, 3000)))
+    bench.run(12)
+    assert bench.result(second) == Refused(0x22), "not the late normal reply of the first"
+
+
+def test_a_stop_waits_for_no_resynchronisation_and_claims_nothing() -> None:
+    fake = FakeUnit()
+    bench = Bench([facts(reply_max=0.2)], [fake]).start()
+    bench.quiet = False
+    bench.run(1)
+    delays = iter([0.35])
+    fake.late = lambda: next(delays, 0.0)
+    stop = Write(5, 1, (0,))
+    first = bench.ask(stop, Priority.STOP)
+    bench.run(0.25)
+    assert bench.result(first) == Silent()
+    second = bench.ask(stop, Priority.STOP)
+    assert bench.wire[-1][1:] == (True, bytes.fromhex("05 10 00 01 00 01 02 00 00 95 41"))
+    bench.run(0.2)
+    assert bench.result(second) == Silent(damaged=True), "a reply came, but it may be the first one's"
+    third = bench.ask(Read(5, 0x01, 1))
+    bench.run(1)
+    assert bench.result(third) == Answered((0,))
+    fourth = bench.ask(stop, Priority.STOP)
+    bench.run(0.5)
+    assert bench.result(fourth) == Answered()
+
+
+def test_without_any_other_request_the_unit_is_left_alone() -> None:
+    fake = FakeUnit(registers=dict(REGISTERS))
+    lonely = facts(readable=((0x20, 0x20),), reply_max=0.4)
+    bench = Bench([lonely], [fake]).start(Want(5, 0x20, 1, 0.05))
+    bench.run(2)
+    delays = iter([0.1])
+    fake.late = lambda: next(delays, 0.0)
+    bench.run(2)
+    assert bench.line.counters.timeouts == 1
+    asked = [at for at, sent, _ in bench.wire if sent]
+    pause = max(b - a for a, b in pairwise(asked))
+    assert 0.4 <= pause <= 0.45
+    assert bench.line.up(5) is True
+
+
+def test_a_unit_that_refuses_everything_is_not_held_to_be_down_for_ever() -> None:
+    fake = FakeUnit(refuse={3: 4, 8: 1})
+    bench = Bench([facts(**LOOP_BACK)], [fake]).start(Want(5, 0x20, 1, 0.5))
+    bench.run(10)
+    fake.on = False
+    bench.run(8)
+    assert bench.line.up(5) is False
+    fake.on = True
+    bench.run(20)
+    assert bench.line.up(5) is True
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 2**32))
+def test_every_job_is_told_once_whatever_happens(seed: int) -> None:
+    rng = random.Random(seed)
+    fakes = [FakeUnit(u, late=late(rng, 0.1, 2.0), registers=dict(REGISTERS)) for u in (1, 2, 3)]
+    bench = Bench([facts(u) for u in (1, 2, 3)], fakes)
+    bench.quiet = False
+    bench.start(*(Want(u, a, 1, rng.uniform(0.05, 1)) for u in (1, 2, 3) for a in (0x20, 0x31)))
+    jobs: dict[int, bool] = {}
+    for _ in range(60):
+        fake = rng.choice(fakes)
+        match rng.randrange(8):
+            case 0:
+                fake.on = not fake.on
+            case 1:
+                fake.damage = not fake.damage
+            case 2:
+                bench.receive(
+                    frame(bytes(rng.randrange(256) for _ in range(rng.randrange(1, 12)))), bench.now
+                )
+            case 3 if rng.random() < 0.3:
+                bench.unplug()
+                bench.port = True
+            case _:
+                write = Write(fake.unit, 2, (rng.randrange(5),))
+                priority = rng.choice([Priority.STOP, Priority.COMMAND, Priority.READ])
+                jobs[bench.ask(write, priority, ttl=rng.uniform(0.1, 5))] = True
+        bench.run(rng.uniform(0.0, 0.6))
+    bench.run(30)
+    told = [action.id for action in bench.of(JobDone)]
+    assert sorted(told) == sorted(jobs)
+    assert wrong_values(bench) == []
+    sent = sum(1 for _, out, data in bench.wire if out and data[1] == 16)
+    done = sum(1 for action in bench.of(JobDone) if not isinstance(action.result, Unsent))
+    assert sent == done, "each write was on the wire once, or not at all"

@@ -1,0 +1,195 @@
+"""The cheapest reads, against brute force; stretching; promised ages."""
+
+from collections.abc import Iterator
+from itertools import pairwise
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gateway.line.elastic import CAPACITY
+from gateway.line.interface import Plan, UnitFacts, Want
+from gateway.line.plan import make_plan
+from gateway.line.requests import may_read
+from gateway.mapping.profile import Table
+from tests.line.bench import CHARACTER, SILENCE, Bench, FakeUnit, facts
+
+
+def cost(unit: int, count: int) -> float:
+    return (13 + 2 * count) * CHARACTER + 0.005 + SILENCE
+
+
+def plan_of(*wants: Want, **unit) -> Plan:
+    return make_plan(wants, {5: facts(**unit)}, cost)
+
+
+def spans(plan: Plan) -> list[tuple[int, int, float]]:
+    return sorted((block.address, block.count, block.period) for block in plan.blocks)
+
+
+def test_seventeen_registers_of_a_7200gs_in_four_reads() -> None:
+    addresses = [*range(0x20, 0x25), *range(0x27, 0x2E), *range(0x31, 0x34), 1, 2]
+    plan = plan_of(*(Want(5, a, 1, 10.0) for a in addresses))
+    assert spans(plan) == [(0x01, 2, 10.0), (0x20, 5, 10.0), (0x27, 7, 10.0), (0x31, 3, 10.0)]
+
+
+def test_holes_are_never_read_but_gaps_may_be_bridged() -> None:
+    wants = [Want(5, 0x24, 1, 10.0), Want(5, 0x27, 1, 10.0)]
+    assert len(plan_of(*wants).blocks) == 2
+    assert spans(plan_of(*wants, bridge=True)) == [(0x24, 4, 10.0)]
+    assert len(plan_of(*wants, bridge=True, holes=((0x25, 0x26),)).blocks) == 2
+
+
+def test_a_gap_is_read_only_where_that_is_cheaper() -> None:
+    far = {"readable": ((0x00, 0x7F),), "read_max": 125}
+    assert len(plan_of(Want(5, 0, 1, 10.0), Want(5, 10, 1, 10.0), **far).blocks) == 1
+    assert len(plan_of(Want(5, 0, 1, 10.0), Want(5, 20, 1, 10.0), **far).blocks) == 2
+
+
+def test_slow_wants_ride_along() -> None:
+    plan = plan_of(Want(5, 0x20, 1, 0.2), Want(5, 0x24, 1, 0.2), Want(5, 0x23, 1, 30.0))
+    assert spans(plan) == [(0x20, 5, 0.2)]
+    assert plan.period(5, 0x23, 1) == 0.2
+
+
+def test_a_neighbour_joins_a_faster_block_where_that_saves_line_time() -> None:
+    assert spans(plan_of(Want(5, 0x24, 1, 0.5), Want(5, 0x23, 1, 1.0))) == [(0x23, 2, 0.5)]
+    assert len(plan_of(Want(5, 0x24, 1, 0.5), Want(5, 0x23, 1, 30.0)).blocks) == 2
+
+
+def test_values_of_two_registers_are_never_cut() -> None:
+    wants = [Want(5, a, 2, 10.0) for a in range(0, 12, 2)]
+    plan = plan_of(*wants, readable=((0, 20),), read_max=5)
+    for want in wants:
+        assert plan.period(5, want.address, 2) == 10.0
+
+
+def test_tables_are_read_apart() -> None:
+    wants = [Want(5, 0x20, 1, 1.0), Want(5, 0x21, 1, 1.0, table=Table.INPUT)]
+    plan = plan_of(*wants, functions=(3, 4))
+    assert {(block.table, block.address) for block in plan.blocks} == {
+        (Table.HOLDING, 0x20),
+        (Table.INPUT, 0x21),
+    }
+    assert plan.period(5, 0x20, 1, Table.INPUT) is None
+
+
+def partitions(items: list[Want]) -> Iterator[list[list[Want]]]:
+    if not items:
+        yield []
+        return
+    first, *rest = items
+    for part in partitions(rest):
+        yield [[first], *part]
+        for i, group in enumerate(part):
+            yield [*part[:i], [first, *group], *part[i + 1 :]]
+
+
+def cheapest(wants: list[Want], unit: UnitFacts) -> float:
+    best = float("inf")
+    for partition in partitions(wants):
+        total = 0.0
+        for group in partition:
+            first = min(want.address for want in group)
+            count = max(want.address + want.count for want in group) - first
+            total += cost(5, count) if may_read(unit, first, count) else float("inf")
+        best = min(best, total)
+    return best
+
+
+units = st.builds(
+    lambda split, top, bridge, most, hole: facts(
+        readable=((0, split), (split + 3, top)), bridge=bridge, read_max=most, holes=((hole, hole),)
+    ),
+    st.integers(4, 14),
+    st.integers(30, 45),
+    st.booleans(),
+    st.integers(3, 40),
+    st.integers(0, 45),
+)
+
+
+@settings(max_examples=150, deadline=None)
+@given(units, st.data())
+def test_the_plan_is_as_cheap_as_brute_force(unit: UnitFacts, data: st.DataObject) -> None:
+    one = st.builds(lambda a, c: Want(5, a, c, 100.0), st.integers(0, 40), st.integers(1, 3))
+    legal = one.filter(lambda want: may_read(unit, want.address, want.count))
+    wants = data.draw(st.lists(legal, min_size=1, max_size=6))
+    plan = make_plan(wants, {5: unit}, cost)
+    assert sum(block.cost for block in plan.blocks) == pytest.approx(cheapest(wants, unit))
+
+
+@settings(max_examples=150, deadline=None)
+@given(units, st.data())
+def test_every_want_is_met_within_the_drives_limits(unit: UnitFacts, data: st.DataObject) -> None:
+    one = st.builds(
+        lambda a, c, p, r: Want(5, a, c, p, r),
+        st.integers(0, 40),
+        st.integers(1, 3),
+        st.sampled_from([0.1, 0.2, 1.0, 30.0]),
+        st.integers(0, 2),
+    )
+    legal = one.filter(lambda want: may_read(unit, want.address, want.count))
+    wants = data.draw(st.lists(legal, max_size=25))
+    plan = make_plan(wants, {5: unit}, cost)
+    for block in plan.blocks:
+        assert may_read(unit, block.address, block.count)
+        assert block.worst_age >= block.period
+    for want in wants:
+        period = plan.period(5, want.address, want.count)
+        assert period is not None
+        assert period <= want.period * plan.stretch * 1.000001
+    assert plan.load <= CAPACITY + 1e-9
+    if plan.stretch == 1:
+        assert all(plan.period(5, w.address, w.count) <= w.period for w in wants)  # type: ignore[operator]
+
+
+def test_rank_0_stretches_last() -> None:
+    wants = [Want(u, 0x20, 5, 0.2, 0) for u in (1, 2, 3)] + [Want(u, 0x31, 3, 0.2, 2) for u in (1, 2, 3, 4)]
+    plan = make_plan(wants, {u: facts(u) for u in (1, 2, 3, 4)}, cost)
+    fast = {block.period for block in plan.blocks if block.address == 0x20}
+    slow = {block.period for block in plan.blocks if block.address == 0x31}
+    assert fast == {0.2}
+    assert min(slow) > 0.2
+    assert plan.stretch == pytest.approx(max(slow) / 0.2)
+    assert plan.load == pytest.approx(CAPACITY)
+
+
+def test_hopeless_demands_stretch_everything() -> None:
+    wants = [Want(u, 0x20, 5, 0.001, u % 3) for u in range(1, 32)]
+    plan = make_plan(wants, {u: facts(u) for u in range(1, 32)}, cost)
+    assert plan.load == pytest.approx(CAPACITY)
+    order = [block.period for rank in (0, 1, 2) for block in plan.blocks if block.unit % 3 == rank]
+    assert all(a <= b + 1e-9 for a, b in pairwise(order))
+
+
+def test_thirty_one_drives_at_2400_baud_cannot_be_fed_within_two_seconds() -> None:
+    slow = lambda unit, count: (13 + 2 * count) * 11 / 2400 + 0.02 + 3.5 * 11 / 2400  # noqa: E731
+    wants = [Want(u, 0x20, 5, 2.0) for u in range(1, 32)]
+    plan = make_plan(wants, {u: facts(u) for u in range(1, 32)}, slow)
+    assert plan.stretch > 2
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    st.lists(st.tuples(st.integers(1, 4), st.sampled_from([0x01, 0x20, 0x27, 0x31])), max_size=10), st.data()
+)
+def test_promised_ages_hold_in_virtual_time(places: list[tuple[int, int]], data: st.DataObject) -> None:
+    periods = st.sampled_from([0.1, 0.15, 0.3, 1.0])
+    wants = [Want(u, a, 2, data.draw(periods), data.draw(st.integers(0, 2))) for u, a in places]
+    bench = Bench([facts(u) for u in range(1, 5)], [FakeUnit(u) for u in range(1, 5)]).start(*wants)
+    bench.run(20)
+    plan = bench.line.plan
+    start = bench.now
+    bench.run(15)
+    for block in plan.blocks:
+        ends = [
+            at
+            for at, a in bench.log
+            if at > start - 5
+            and getattr(a, "words", None) is not None
+            and (a.unit, a.address) == (block.unit, block.address)
+        ]
+        assert len(ends) > 5
+        # from when a value was on the wire until its successor is complete
+        assert max(b - a for a, b in pairwise(ends)) + block.cost <= block.worst_age + 1e-6

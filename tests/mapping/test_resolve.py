@@ -39,9 +39,19 @@ def test_the_nearest_key_wins() -> None:
     assert all(point.encoding.type is NumberType.S16 for point in points.values())
 
 
+REPEATS = """\
+a_<n>: {at: 0010H, repeat: 1..3, type: u32}
+b_<n>: {at: 0020H, repeat: 5..6, stride: 4}
+w:
+  at: 0030H
+  bits:
+    c_<n>: {bit: 0..1, repeat: 1..4}
+    d_<n>: {bit: 8, repeat: 1..2, stride: 4}
+"""
+
+
 def test_repeats_lie_next_to_each_other() -> None:
-    points = good(small("a_<n>: {at: 0010H, repeat: 1..3, type: u32}\nb_<n>: {at: 0020H, repeat: 5..6, stride: 4}\n"
-                        "w: {at: 0030H, bits: {c_<n>: {bit: 0..1, repeat: 1..4}, d_<n>: {bit: 8, repeat: 1..2, stride: 4}}}")).points  # fmt: skip
+    points = good(small(REPEATS)).points
     assert [points[f"a_{n}"].address for n in (1, 2, 3)] == [0x10, 0x12, 0x14]
     assert [points[f"b_{n}"].address for n in (5, 6)] == [0x20, 0x24]
     assert [points[f"c_{n}"].encoding.bit for n in (1, 2, 3, 4)] == [0, 2, 4, 6]
@@ -110,17 +120,17 @@ def test_numbers_of_a_value() -> None:
 
 
 def test_values_are_shared_by_name() -> None:
-    text = small("a: {at: 0001H, values: mode}\nw: {at: 0002H, bits: {b: {bit: 0..1, values: mode, active: low}}}",
-                 "values: {mode: {00B: off, 11B: {name: full, doubt: guessed}}}\n")  # fmt: skip
+    shared = "values: {mode: {00B: off, 11B: {name: full, doubt: guessed}}}\n"
+    field = "w: {at: 0002H, bits: {b: {bit: 0..1, values: mode, active: low}}}"
+    text = small(f"a: {{at: 0001H, values: mode}}\n{field}", shared)
     points = good(text).points
     assert dict(points["a"].encoding.values) == dict(points["b"].encoding.values) == {0: "off", 3: "full"}
     assert points["b"].encoding.active_low
 
 
 def test_a_doubt_about_one_value_is_a_doubt_about_the_point() -> None:
-    text = small(
-        "a: {at: 0001H, doubt: rarely read, values: {0: off, 1: {name: on, source: s 4}, 2: {name: odd, doubt: guessed}}}"
-    )
+    values = "{0: off, 1: {name: on, source: s 4}, 2: {name: odd, doubt: guessed}}"
+    text = small(f"a: {{at: 0001H, doubt: rarely read, values: {values}}}")
     assert good(text).points["a"].provenance.doubt == (
         "rarely read; on: from s 4, a similar model; odd: guessed"
     )  # fmt: skip
@@ -137,10 +147,19 @@ def test_provenance_covers_what_is_below() -> None:
     assert good(small("a: 0001H")).points["a"].provenance.document == "m"
 
 
+CONDITIONS = """\
+mode: {at: 0001H, values: {0: line, 1: panel, 2: both}}
+speed: {at: 0002H, unit: 0.01 Hz}
+a:
+  at: 0003H
+  kind: switch
+  only_when: {mode: [line, both], speed: 0..0.5, choice: no, free: 0FH}
+"""
+CHOICES = "settings: {choice: {values: {0: no, 1: yes}, default: yes}, free: {default: 3}}\n"
+
+
 def test_conditions_know_points_settings_ranges_and_lists() -> None:
-    text = small("mode: {at: 0001H, values: {0: line, 1: panel, 2: both}}\nspeed: {at: 0002H, unit: 0.01 Hz}\n"
-                 "a: {at: 0003H, kind: switch, only_when: {mode: [line, both], speed: 0..0.5, choice: no, free: 0FH}}",
-                 "settings: {choice: {values: {0: no, 1: yes}, default: yes}, free: {default: 3}}\n")  # fmt: skip
+    text = small(CONDITIONS, CHOICES)
     profile = good(text)
     terms = {term.name: term for term in profile.points["a"].only_when}
     assert terms["mode"].ranges == ((0, 0), (2, 2))
@@ -160,10 +179,24 @@ def test_only_when_of_what_is_read_only_is_left_out() -> None:
     assert [term.name for term in points["b"].only_when] == ["a"]
 
 
+ORDERS = """\
+a: {at: 0001H, kind: command, values: {0: no, 1: yes}}
+b: {at: 0002H, kind: setpoint, type: s16, unit: 0.1 Hz, range: -50..50}
+p: {at: 0010H, kind: parameter, wear: unknown}
+"""
+COMMANDS = """\
+commands:
+  go:
+    args: {f: b}
+    steps:
+      - write: {a: yes, b: -<f>}
+      - {write: {p: 3}, within: 200ms}
+  stop: {steps: [{write: {b: 0.5}}]}
+"""
+
+
 def test_commands_take_constants_arguments_and_signs() -> None:
-    text = small("a: {at: 0001H, kind: command, values: {0: no, 1: yes}}\nb: {at: 0002H, kind: setpoint, type: s16, unit: 0.1 Hz, range: -50..50}\n"
-                 "p: {at: 0010H, kind: parameter, wear: unknown}")  # fmt: skip
-    text += "commands:\n  go: {args: {f: b}, steps: [{write: {a: yes, b: -<f>}}, {write: {p: 3}, within: 200ms}]}\n  stop: {steps: [{write: {b: 0.5}}]}\n"
+    text = small(ORDERS) + COMMANDS
     commands = good(text).commands
     first, second = commands["go"].steps
     assert dict(first.write) == {"a": Constant(Fraction(1)), "b": Argument("f", negate=True)}

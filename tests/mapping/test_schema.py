@@ -50,10 +50,11 @@ def test_the_shipped_files_fit(kind: Kind, path: Path) -> None:
     assert complaints(kind, as_editors_see_it(path)) == []
 
 
-@pytest.mark.parametrize(
-    "name", ["unknown_key", "unknown_section", "missing_section", "missing_at", "scalar_for_table", "empty_list",
-             "table_for_scalar", "outside_bits", "not_supported"]
-)  # fmt: skip
+WRONG = """unknown_key unknown_section missing_section missing_at scalar_for_table empty_list
+table_for_scalar outside_bits not_supported"""
+
+
+@pytest.mark.parametrize("name", WRONG.split())
 def test_wrong_profiles_do_not_fit(name: str) -> None:
     path = ROOT / "tests" / "mapping" / "bad" / "profile" / f"{name}.yaml"
     assert complaints("profile", as_editors_see_it(path))

@@ -77,11 +77,7 @@ def test_the_opcua_section(tmp_path: Path) -> None:
         "users_file": str(tmp_path / "var" / "users.yaml"),
         "certificates": str(tmp_path / "var" / "certificates"),
     }
-    site = load(
-        tmp_path,
-        SITE
-        + "opcua: {endpoint: 'opc.tcp://[::1]:0', security: [none, sign], anonymous: read, users_file: u.yaml, certificates: /etc/c}\n",
-    )
+    site = load(tmp_path, SITE + OPEN)
     assert site.opcua is not None
     assert (site.opcua["anonymous"], site.opcua["security"]) == (True, ["none", "sign"])
     assert (site.opcua["users_file"], site.opcua["certificates"]) == (str(tmp_path / "u.yaml"), "/etc/c")
@@ -142,7 +138,7 @@ def test_a_password_file_that_everybody_may_read(tmp_path: Path) -> None:
     site, findings = load_site(file)
     assert site is None
     assert [str(finding) for finding in findings] == [
-        f"{file}:9:55: everybody on this machine may read this file (chmod 640 or stricter)"
+        f"{file}:9:52: everybody on this machine may read this file (chmod 640 or stricter)"
     ]
 
 

@@ -65,7 +65,7 @@ class Channel(UaProcessor):
 
     @property
     def client_certificate(self) -> bytes | None:
-        return self._connection.security_policy.peer_certificate
+        return self._connection.security_policy.peer_certificate or None
 
     @property
     def policy_uri(self) -> str:
@@ -88,7 +88,7 @@ class Channel(UaProcessor):
             return False
 
     def open_secure_channel(self, algohdr: Any, seqhdr: Any, body: Buffer) -> None:
-        if self.mode is not ua.MessageSecurityMode.None_ or self.client_certificate is not None:
+        if self.mode is not ua.MessageSecurityMode.None_:
             self.iserver.trust.check(self.client_certificate or b"", datetime.now(UTC))
         super().open_secure_channel(algohdr, seqhdr, body)
 

@@ -61,6 +61,14 @@ class Adapter:
             await self._show(update)
         raise BridgeError("the core went away")
 
+    async def keep_demands(self) -> None:
+        """Tell the core what monitored items want, until cancelled.
+
+        Raises:
+            BridgeError: when the core is gone.
+        """
+        await self._engine.demands.run()
+
     async def _show(self, update: Update) -> None:
         match update:
             case Batch():
@@ -93,8 +101,8 @@ async def serve(bridge: Bridge, stop: asyncio.Event) -> None:
     """
     async with listening(bridge) as adapter:
         _log.info("listening", url=adapter.url)
-        work = [asyncio.create_task(part) for part in (adapter.follow(), adapter._engine.demands.run())]
-        work.append(asyncio.create_task(_until(stop)))
+        parts = (adapter.follow(), adapter.keep_demands(), _until(stop))
+        work = [asyncio.create_task(part) for part in parts]
         try:
             done, _ = await asyncio.wait(work, return_when=asyncio.FIRST_COMPLETED)
             for task in done:

@@ -57,6 +57,13 @@ class Subscription(InternalSubscription):
         self.monitored_item_srv = Items(self, sources.space, sources.model, sources.demands, sources.rates)
         self.most_notifications = 0
         """Notifications in one message at most; 0: any number."""
+        self._changed = asyncio.Event()
+
+    def modify(self, asked: ua.ModifySubscriptionParameters) -> None:
+        """Take over new intervals and counts, within our bounds, from now on."""
+        _revise(self.data, asked)
+        self.most_notifications = int(asked.MaxNotificationsPerPublish)
+        self._changed.set()
 
     async def publish_results(self, requestdata: Any = None) -> bool:
         """Publish what waits; as many messages as it takes, while publish requests are at hand."""
@@ -70,8 +77,18 @@ class Subscription(InternalSubscription):
         due = time.monotonic()
         while not self._closing:
             await self.publish_results()
-            due = max(due + self.data.RevisedPublishingInterval / 1000, time.monotonic())
-            await asyncio.sleep(due - time.monotonic())
+            due = await self._rest(due)
+
+    async def _rest(self, since: float) -> float:
+        """Wait for the next publishing time, or for a new interval; returns when it was due."""
+        self._changed.clear()
+        due = max(since + float(self.data.RevisedPublishingInterval) / 1000, time.monotonic())
+        try:
+            async with asyncio.timeout(due - time.monotonic()):
+                await self._changed.wait()
+        except TimeoutError:
+            return due
+        return time.monotonic()
 
     def _pop_publish_result(self) -> ua.PublishResult:
         result = super()._pop_publish_result()
@@ -136,8 +153,7 @@ class Subscriptions(SubscriptionService):
 
     def modify_subscription(self, params: ua.ModifySubscriptionParameters) -> ua.ModifySubscriptionResult:
         subscription = self._get(params.SubscriptionId)
-        _revise(subscription.data, params)
-        subscription.most_notifications = int(params.MaxNotificationsPerPublish)
+        subscription.modify(params)
         result = ua.ModifySubscriptionResult()
         result.RevisedPublishingInterval = subscription.data.RevisedPublishingInterval
         result.RevisedLifetimeCount = subscription.data.RevisedLifetimeCount

@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from fnmatch import fnmatchcase
 from fractions import Fraction
 
 from gateway.mapping import forms
 from gateway.mapping.encodings import value_span
 from gateway.mapping.finding import Report
-from gateway.mapping.forms import FormError
 from gateway.mapping.node import Path
 from gateway.mapping.profile import Point
-from gateway.mapping.sections import is_loopback
+from gateway.mapping.sectioncheck import check_label, check_sections
 from gateway.mapping.shape import nearest
 from gateway.mapping.site import DriveConfig, LineConfig, Site
-from gateway.mapping.sitefile import RawSite, label
-from gateway.mapping.sites import broker_name
+from gateway.mapping.sitefile import RawSite
 from gateway.mapping.values import in_words
-from gateway.tag import tag_of
 
 _MESSAGE = 8
 """Characters of the shortest request and, about, of its reply."""
@@ -36,11 +31,7 @@ def check_site(raw: RawSite, site: Site, report: Report) -> None:
     for drive in site.drives:
         _check_ranges(drive, report)
         _check_control(drive, raw, report)
-    _check_opcua(raw, report)
-    _check_brokers(raw, report)
-    _check_rules(raw, site, report)
-    if raw.web is not None:
-        report.warn(("web",), "the web page is not served by this version", "leave `web` out", key=True)
+    check_sections(raw, site, report)
 
 
 def _place(drive: DriveConfig) -> Path:
@@ -57,7 +48,7 @@ def _check_ports(raw: RawSite, report: Report) -> None:
     """One master per line: no port may stand twice."""
     first: dict[str, str] = {}
     for name, line in raw.lines.items():
-        _check_label(name, ("lines", name), report)
+        check_label(name, ("lines", name), report)
         if line.port in first and line.port != "simulated:":
             report.error(
                 ("lines", name, "port"),
@@ -73,19 +64,12 @@ def _check_drive_names(raw: RawSite, report: Report) -> None:
     for line, entry in raw.lines.items():
         for name in entry.drives:
             place = ("lines", line, "drives", name)
-            _check_label(name, place, report)
+            check_label(name, place, report)
             if name in first:
                 report.error(
                     place, f"line `{first[name]}` has a drive `{name}` already", "use another name", key=True
                 )
             first.setdefault(name, line)
-
-
-def _check_label(name: str, place: Path, report: Report) -> None:
-    try:
-        label(name)
-    except FormError as error:
-        report.error(place, error.message, error.remedy, key=True)
 
 
 def _check_line(line: LineConfig, raw: RawSite, report: Report) -> None:
@@ -249,75 +233,3 @@ def _check_expiry(drive: DriveConfig, report: Report) -> None:
         report.error(
             place, f"the setpoint {in_words(value)} is outside the range of `{point.name}`", "correct it"
         )
-
-
-def _check_opcua(raw: RawSite, report: Report) -> None:
-    """Open to the network and open to everybody do not go together."""
-    opcua = raw.opcua
-    if opcua is None or is_loopback(opcua.endpoint):
-        return
-    if "none" in opcua.security:
-        report.error(
-            ("opcua", "security"),
-            "security `none` on an address that others can reach",
-            "leave `none` out, or use 127.0.0.1",
-        )
-    if opcua.anonymous != "off":
-        report.error(
-            ("opcua", "anonymous"),
-            "anonymous reading on an address that others can reach",
-            "write `off`, or use 127.0.0.1",
-        )
-
-
-def _check_brokers(raw: RawSite, report: Report) -> None:
-    seen: set[str] = set()
-    for index, mqtt in enumerate(raw.mqtt):
-        place: Path = ("mqtt", index)
-        name = broker_name(mqtt, index)
-        _check_label(name, (*place, "name"), report)
-        if name in seen:
-            report.error((*place, "name"), f"another broker is named `{name}`", "use another name")
-        seen.add(name)
-        if mqtt.password_file and not mqtt.user:
-            report.error((*place, "password_file"), "a password without a `user`", "add `user`", key=True)
-        if is_loopback(mqtt.broker):
-            continue
-        if mqtt.user is None:
-            report.error(
-                (*place, "broker"),
-                "a broker on the network without a `user`",
-                "add `user` and `password_file`, or use 127.0.0.1",
-            )
-        elif mqtt.broker.startswith(("mqtt://", "ws://")):
-            report.warn(
-                (*place, "broker"),
-                "passwords and commands can be read on the way to this broker",
-                "use mqtts://",
-            )
-
-
-def _check_rules(raw: RawSite, site: Site, report: Report) -> None:
-    """Every pattern of a publish rule must mean at least one point."""
-    tags = list(_tags(site))
-    if report.partial:
-        return
-    for index, mqtt in enumerate(raw.mqtt):
-        for number, rule in enumerate(mqtt.publish or []):
-            for position, pattern in enumerate(rule.points):
-                if not any(matches(pattern, tag) for tag in tags):
-                    place = ("mqtt", index, "publish", number, "points", position)
-                    points = sorted({tag.partition(".")[2] for tag in tags})
-                    match = nearest(pattern, points)
-                    remedy = match if match.startswith("did") else "correct the pattern"
-                    report.error(place, f"no point of any drive is named `{pattern}`", remedy)
-
-
-def _tags(site: Site) -> Iterator[str]:
-    for drive in site.drives:
-        yield from (tag_of(drive.name, name) for name in drive.profile.points)
-
-
-def matches(pattern: str, tag: str) -> bool:
-    """True when a publish rule's pattern means a tag: whole tags if it has a dot, else point names."""
-    return fnmatchcase(tag if "." in pattern else tag.partition(".")[2], pattern)

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from gateway.mapping.load import builtin_mappings, load_profile, load_site
+from gateway.mapping.sectioncheck import matches
 from gateway.mapping.site import Control, Site
-from gateway.mapping.sitecheck import matches
 from tests.mapping.texts import PLANT, TECO, small
 
 SITE = """\

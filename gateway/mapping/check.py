@@ -7,17 +7,12 @@ from fractions import Fraction
 
 from gateway.mapping import names
 from gateway.mapping.commands import STOP
-from gateway.mapping.encodings import raw_span, value_span
-from gateway.mapping.facts import LOOP_BACK, READ_HOLDING, READ_INPUT, WRITE_MANY, WRITE_ONE
+from gateway.mapping.facts import LOOP_BACK
 from gateway.mapping.finding import Report
-from gateway.mapping.inherit import Inherited
 from gateway.mapping.layout import Claim
-from gateway.mapping.profile import Kind, Limits, Point, Profile, Table
+from gateway.mapping.pointcheck import check_point
+from gateway.mapping.profile import Profile, Table
 from gateway.mapping.resolve import Resolved
-from gateway.mapping.values import in_words
-
-_COARSEST = 50
-"""A range that uses less than one in so many of the raw counts has probably lost its scale."""
 
 
 def check(resolved: Resolved, stem: str, report: Report) -> None:
@@ -31,7 +26,7 @@ def check(resolved: Resolved, stem: str, report: Report) -> None:
         )
     _check_overlap(resolved.layout.claims, report)
     for point in profile.points.values():
-        _check_point(point, resolved.layout.keys[point.name], resolved, report)
+        check_point(point, resolved.layout.keys[point.name], resolved, report)
     _check_names(resolved, report)
     _check_words(resolved, report)
     _check_probe(profile, report)
@@ -63,143 +58,6 @@ def _rival(claim: Claim, seen: dict[tuple[Table, int], list[Claim]]) -> Claim | 
             if (claim.reads and other.reads) or (claim.writes and other.writes):
                 return other
     return None
-
-
-def _check_point(point: Point, keys: Inherited, resolved: Resolved, report: Report) -> None:
-    _check_size(point, keys, resolved.profile, report)
-    _check_times(point, keys, resolved, report)
-    _check_functions(point, keys, resolved.profile, report)
-    _check_origin(point, keys, report)
-    if point.limits is not None:
-        _check_limits(point, point.limits, keys, resolved, report)
-    if (
-        point.kind is Kind.SETPOINT
-        and point.access.writable
-        and point.limits is None
-        and not point.encoding.values
-    ):
-        report.warn(keys.path, f"the setpoint `{point.name}` has no `range`", "add one", key=True)
-    if point.kind is Kind.PARAMETER and point.access.writable and point.wear is None:
-        report.warn(
-            keys.path,
-            f"the parameter `{point.name}` does not tell its `wear`",
-            "add the number of writes that it lasts, or unknown",
-            key=True,
-        )
-
-
-def _check_origin(point: Point, keys: Inherited, report: Report) -> None:
-    """What is known of a similar model only, and is written all the same."""
-    if point.access.writable and point.provenance.similar:
-        message = f"`{point.name}` is written, but known from a similar model only"
-        report.warn(keys.path, message, "try it on the drive, and give its own source", key=True)
-
-
-def _check_size(point: Point, keys: Inherited, profile: Profile, report: Report) -> None:
-    modbus = profile.modbus
-    for limit, needed in (
-        (modbus.read_max, point.access.readable),
-        (modbus.write_max, point.access.writable),
-    ):
-        if needed and point.words > limit:
-            report.error(
-                keys.place("type"),
-                f"`{point.name}` has {point.words} registers, a request at most {limit}",
-                "correct the type or the limit",
-            )
-            return
-    for low, high in modbus.holes:
-        if point.address <= high and point.address + point.words > low:
-            report.error(
-                (*keys.path, "at"),
-                f"`{point.name}` lies in the hole {low:04X}H to {high:04X}H",
-                "correct one of them",
-            )
-
-
-def _check_times(point: Point, keys: Inherited, resolved: Resolved, report: Report) -> None:
-    """What multiplies must be a number, and must not need itself."""
-    if point.encoding.times is None:
-        return
-    place = keys.place("times")
-    factor = resolved.conditions.target(point.encoding.times, place, key=False)
-    if isinstance(factor, Point) and (raw_span(factor.encoding) is None or factor.encoding.values):
-        report.error(place, f"`{factor.name}` is no number", "name a setting or point that is")
-    if _in_circle(point, resolved.profile):
-        report.error(place, f"the scale of `{point.name}` needs itself", "break the circle")
-
-
-def _in_circle(point: Point, profile: Profile) -> bool:
-    seen: set[str] = set()
-    name: str | None = point.name
-    while name is not None and name not in seen:
-        seen.add(name)
-        following = profile.points.get(name)
-        name = following.encoding.times if following else None
-    return name is not None
-
-
-def _check_functions(point: Point, keys: Inherited, profile: Profile, report: Report) -> None:
-    """The drive must speak the functions that its points need."""
-    functions = profile.modbus.functions
-    needed = READ_INPUT if point.table is Table.INPUT else READ_HOLDING
-    if point.access.readable and needed not in functions:
-        report.error(
-            (*keys.path, "at"),
-            f"`{point.name}` cannot be read without function {needed:02X}H",
-            "add it to `functions`",
-        )
-    if not point.access.writable:
-        return
-    if point.table is Table.INPUT:
-        report.error(
-            (*keys.path, "at"),
-            f"`{point.name}` is an input register and cannot be written",
-            "give it a kind that is only read",
-        )
-    elif not {WRITE_ONE, WRITE_MANY} & set(functions) or (point.words > 1 and WRITE_MANY not in functions):
-        report.error(
-            (*keys.path, "at"), f"no function of the drive can write `{point.name}`", "add 10H to `functions`"
-        )
-
-
-def _check_limits(point: Point, limits: Limits, keys: Inherited, resolved: Resolved, report: Report) -> None:
-    place = keys.place("range")
-    for bound in (limits.low, limits.high):
-        if isinstance(bound, str):
-            _check_bound(bound, point, keys, resolved, report)
-    low, high = limits.low, limits.high
-    span = value_span(point.encoding)
-    if span is None or isinstance(low, str) or isinstance(high, str):
-        return
-    if low < span[0] or high > span[1]:
-        report.warn(
-            place,
-            f"the range of `{point.name}` goes beyond {in_words(span[0])} to {in_words(span[1])}, "
-            "which its counts reach",
-            "correct the range or the unit",
-        )
-    elif point.encoding.symbol is not None and (high - low) * _COARSEST < span[1] - span[0]:
-        report.warn(
-            place,
-            f"the range of `{point.name}` uses less than 1/{_COARSEST} of its counts",
-            "see whether the unit is right",
-        )
-
-
-def _check_bound(bound: str, point: Point, keys: Inherited, resolved: Resolved, report: Report) -> None:
-    """A limit that is the value of a setting or point must have the same unit."""
-    place = keys.place("range")
-    target = resolved.conditions.target(bound, place, key=False)
-    if target is None:
-        return
-    symbol = target.encoding.symbol if isinstance(target, Point) else target.symbol
-    if symbol != point.encoding.symbol:
-        report.error(
-            place,
-            f"`{bound}` is in {symbol or 'counts'}, `{point.name}` in {point.encoding.symbol or 'counts'}",
-            "give both the same unit",
-        )
 
 
 def _check_names(resolved: Resolved, report: Report) -> None:

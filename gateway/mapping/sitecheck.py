@@ -15,6 +15,8 @@ from gateway.mapping.site import DriveConfig, LineConfig, Site
 from gateway.mapping.sitefile import RawSite
 from gateway.mapping.values import in_words
 
+KEEP_RUNNING = "keep_running"
+"""The name that profiles give to a comm-loss action that stops nothing."""
 _MESSAGE = 8
 """Characters of the shortest request and, about, of its reply."""
 _GAP = 3.5
@@ -29,6 +31,7 @@ def check_site(raw: RawSite, site: Site, report: Report) -> None:
     for line in site.lines:
         _check_line(line, raw, report)
     for drive in site.drives:
+        _check_comm_loss(drive, report)
         _check_ranges(drive, report)
         _check_control(drive, raw, report)
     check_sections(raw, site, report)
@@ -120,37 +123,31 @@ def _check_serial(drive: DriveConfig, line: LineConfig, raw: RawSite, report: Re
     """Speed, framing and format must be among those that the drive speaks."""
     facts, name = drive.profile.serial, drive.profile.name
     place = ("lines", line.name, "serial")
-    if raw.lines[line.name].serial is not None and line.baud not in facts.baud:
-        speeds = ", ".join(map(str, facts.baud))
-        report.error(
-            place, f"`{drive.name}` ({name}) does not speak {line.baud} bit/s", f"use one of {speeds}"
-        )
+    written = raw.lines[line.name]
     formats = facts.rtu if line.framing == "rtu" else facts.ascii
     if not formats:
-        report.error(
-            (*_place(drive), "profile"), f"`{name}` does not speak {line.framing}", "correct `framing`"
-        )
-    elif raw.lines[line.name].serial is not None and line.format not in formats:
-        report.error(
-            place,
-            f"`{drive.name}` ({name}) does not speak {line.format} in {line.framing}",
-            f"use one of {', '.join(map(str, formats))}",
-        )
-    if facts.rtu and facts.ascii and raw.lines[line.name].framing is None:
-        report.error(
-            ("lines", line.name),
-            f"`{drive.name}` ({name}) may speak rtu or ascii",
-            "write `framing`",
-            key=True,
-        )
-    action = drive.profile.settings.get(facts.comm_loss.action or "")
-    if action and action.values.get(int(drive.settings.get(action.name, Fraction(-1)))) == "keep_running":
-        report.warn(
-            _place(drive),
-            f"`{drive.name}` keeps running when the line dies",
-            "change its setting on the panel, and here",
-            key=True,
-        )
+        message = f"`{name}` does not speak {line.framing}"
+        report.error((*_place(drive), "profile"), message, "correct `framing`")
+    if facts.rtu and facts.ascii and written.framing is None:
+        message = f"`{drive.name}` ({name}) may speak rtu or ascii"
+        report.error(("lines", line.name), message, "write `framing`", key=True)
+    if written.serial is None:
+        return
+    if line.baud not in facts.baud:
+        message = f"`{drive.name}` ({name}) does not speak {line.baud} bit/s"
+        report.error(place, message, f"use one of {', '.join(map(str, facts.baud))}")
+    if formats and line.format not in formats:
+        message = f"`{drive.name}` ({name}) does not speak {line.format} in {line.framing}"
+        report.error(place, message, f"use one of {', '.join(map(str, formats))}")
+
+
+def _check_comm_loss(drive: DriveConfig, report: Report) -> None:
+    """A drive that runs on when the line dies cannot be stopped from here."""
+    action = drive.profile.settings.get(drive.profile.serial.comm_loss.action or "")
+    chosen = drive.settings.get(action.name) if action else None
+    if action and chosen is not None and action.values.get(int(chosen)) == KEEP_RUNNING:
+        message = f"`{drive.name}` keeps running when the line dies"
+        report.warn(_place(drive), message, "change its setting on the panel, and here", key=True)
 
 
 def _check_ranges(drive: DriveConfig, report: Report) -> None:

@@ -243,3 +243,28 @@ def test_patterns_of_publish_rules() -> None:
     assert not matches("output_*", "fan-1.frequency_command")
     assert matches("fan-?.running", "fan-1.running")
     assert not matches("fan-2.*", "fan-1.running")
+
+
+def test_a_drive_that_keeps_running_is_told(tmp_path: Path) -> None:
+    settings = "settings: {on_loss: {values: {0: coast, 3: keep_running}, default: keep_running}}\n"
+    profile = small("running: {at: 0001H, bits: {on: 0}}", settings).replace(
+        "rtu: [8N1]", "rtu: [8N1], comm_loss: {action: on_loss}"
+    )
+    (tmp_path / "small.yaml").write_text(profile)
+    file = tmp_path / "site.yaml"
+    text = SITE.replace("teco-7200gs", "small").replace("8N2", "8N1")
+    file.write_text(text)
+    assert [f.message for f in load_site(file)[1]] == ["`fan-1` keeps running when the line dies"]
+    file.write_text(text.replace("unit: 5", "unit: 5, settings: {on_loss: coast}"))
+    assert load_site(file)[1] == []
+
+
+def test_framing_is_never_guessed(tmp_path: Path) -> None:
+    profile = small("running: {at: 0001H, bits: {on: 0}}").replace("rtu: [8N1]", "rtu: [8N1], ascii: [7E1]")
+    (tmp_path / "small.yaml").write_text(profile)
+    file = tmp_path / "site.yaml"
+    text = SITE.replace("teco-7200gs", "small")
+    file.write_text(text.replace("8N2", "8N1"))
+    assert [f.message for f in load_site(file)[1]] == ["`fan-1` (small) may speak rtu or ascii"]
+    site = load(tmp_path, text.replace("    serial: 9600 8N2", "    framing: ascii\n    serial: 9600 7E1"))
+    assert site.lines[0].framing == "ascii"

@@ -63,6 +63,7 @@ def connect(client: Client, broker: Broker, version: Version) -> None:
     if broker.tls:
         context = ssl.create_default_context(cafile=broker.ca_file)
         context.minimum_version = ssl.TLSVersion.TLSv1_2
+        context.sslsocket_class = _ClosingSocket
         client.tls_set_context(context)
     clean: dict[str, Any] = {}
     if version == 5:
@@ -105,6 +106,17 @@ def incoming(message: MQTTMessage, epoch: str, now: Instant) -> Incoming:
         response_topic=getattr(properties, "ResponseTopic", None),
         correlation=getattr(properties, "CorrelationData", None),
     )
+
+
+class _ClosingSocket(ssl.SSLSocket):
+    """paho forgets the socket of a handshake that failed; this one closes itself."""
+
+    def do_handshake(self, block: bool = False) -> None:
+        try:
+            super().do_handshake(block)
+        except OSError:
+            self.close()
+            raise
 
 
 def _properties(packet: int, **values: object) -> Properties:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import logging
 from collections import defaultdict
 from collections.abc import Callable
 
@@ -24,6 +25,8 @@ UNFINISHED = Outcome(
     cause=Cause.SHUTTING_DOWN,
     reason="the gateway's MQTT side ended before the answer",
 )
+
+log = logging.getLogger(__name__)
 
 Done = Callable[[Outcome], None]
 
@@ -81,7 +84,7 @@ class Runner:
             self._stops[order.drive] -= 1
             if (waiting := self._next_stop.pop(order.drive, None)) is not None:
                 self.stop(*waiting)
-        done(UNFINISHED if task.cancelled() else task.result())
+        done(UNFINISHED if task.cancelled() else _outcome(task))
 
     async def _run(self, order: Order) -> Outcome:
         try:
@@ -100,3 +103,11 @@ class Runner:
             )
         tag = tag_of(order.drive, order.name)
         return await self._bridge.write(tag, order.value, origin, order.ttl, order.bridge_id)
+
+
+def _outcome(task: asyncio.Task[Outcome]) -> Outcome:
+    """A task's outcome; a mistake in our own program must not leave the sender without an answer."""
+    if (error := task.exception()) is None:
+        return task.result()
+    log.error("a command failed inside the gateway", exc_info=error)
+    return Outcome(verdict=Verdict.UNKNOWN, reason=f"the gateway failed inside: {error!r}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import re
 import stat
 from collections.abc import Sequence
@@ -141,8 +142,13 @@ def _check_files(raw: RawSite, site: Site, report: Report) -> None:
                     f"there is no file `{getattr(raw.mqtt[index], key)}`",
                     "put it there before the start",
                 )
-            elif key == "password_file" and stat.S_IMODE(file.stat().st_mode) & stat.S_IROTH:
+            elif key == "password_file" and _open_to_all(file):
                 report.error(place, "everybody on this machine may read this file", "chmod 640 or stricter")
+
+
+def _open_to_all(file: Path) -> bool:
+    """True when everybody may read the file; Windows has no such mode to look at."""
+    return os.name == "posix" and bool(stat.S_IMODE(file.stat().st_mode) & stat.S_IROTH)
 
 
 def _unreadable(path: Path, error: OSError) -> Finding:

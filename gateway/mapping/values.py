@@ -89,30 +89,28 @@ class Conditions:
         return tuple(term for term in terms if term is not None)
 
     def target(self, name: str, path: Path, *, key: bool = True) -> Target | None:
-        """The point or setting of that name; None, with a finding, when there is none."""
+        """The point or setting of that name; None, with a finding, when there is none to look at."""
         found: Target | None = self._points.get(name) or self._settings.get(name)
         self.used.add(name)
         if found is None:
             known = [*self._points, *self._settings]
             message = f"`{name}` is no point and no setting"
             self._report.unknown_name(path, message, _spelling(name, known), key=key)
+        elif isinstance(found, Point) and not found.access.readable:
+            message = f"`{name}` cannot be read, so nothing can depend on it"
+            self._report.error(path, message, "name a point that can be read", key=key)
+            return None
         return found
 
     def _term(self, name: str, values: str | list[str], path: Path) -> Term | None:
         target = self.target(name, path)
         if target is None:
             return None
-        if isinstance(target, Point) and not target.access.readable:
-            self._report.error(
-                path,
-                f"`{name}` cannot be read, so nothing can depend on it",
-                "name a point that can be read",
-                key=True,
-            )
-        texts = [values] if isinstance(values, str) else values
+        places = (
+            [(values, path)] if isinstance(values, str) else [(v, (*path, i)) for i, v in enumerate(values)]
+        )
         ranges = []
-        for index, text in enumerate(texts):
-            place = path if isinstance(values, str) else (*path, index)
+        for text, place in places:
             try:
                 ranges.append(value_range(text, target))
             except FormError as error:

@@ -276,6 +276,8 @@ class Line:
             self.counters.timeouts += 1
         unit.turnaround.missed()
         self._doubt(done)
+        if done.question.aside:  # what was chosen is still due: let the other units go first
+            unit.blocked_until = 2 * now - done.began
         actions = told(done, Silent(damaged=done.heard), now)
         if not unit.silent(done.began, now):
             return actions

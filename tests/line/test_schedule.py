@@ -156,7 +156,7 @@ def test_nobody_starves_and_writes_wait_a_bounded_time(
             worst[choice.unit] = max(worst[choice.unit], now - served[choice.unit])
             served[choice.unit] = now
             settle(choice, now)
-    # one transaction on the wire, and before each older write as much reading as that write took, and one more
+    # one transaction on the wire; before each older write, as much reading as that write took and one more
     assert all(wait <= longest + (len(asked) + 1) * (0.03 + 0.03 + longest) for wait in waits)
     assert len(waits) == len(asked)
     writing = 0.03 * len(asked)

@@ -64,7 +64,7 @@ def loop_back_after_silence() -> Bench:
     bench = Bench([unit], [fake]).start(Want(5, 0x20, 1, 0.5))
     bench.run(0.4)
     fake.on = False
-    bench.run(0.2)
+    bench.run(0.12)
     fake.on = True
     bench.run(0.5)
     return bench

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
-
 import typer
 
 from gateway.terminal.options import Ports, SiteFile
@@ -20,6 +18,8 @@ def run(site: SiteFile, line: Ports = None) -> None:
 
     Not a safety device: emergency stop and safe torque off stay hard-wired.
     """
+    import asyncio
+
     from gateway.log import configure
     from gateway.supervise.keeper import StartRefusedError
     from gateway.supervisor import Supervisor, run_until_signal

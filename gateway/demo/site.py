@@ -1,14 +1,11 @@
-"""The demo: a site of its own in a folder, run by a supervisor, with its values on the terminal."""
+"""The demo's site: written into a folder, and told about."""
 
 from __future__ import annotations
 
-import asyncio
 import secrets
 from collections.abc import Iterator
-from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from urllib.parse import urlsplit
 
 from gateway.mapping.site import Site
 from gateway.supervise.broker import USUAL_PORT, free_port
@@ -55,7 +52,7 @@ def prepare(folder: Path) -> Demo:
 
 def example() -> Path:
     """The demo's site file: inside the package when installed, beside it in a checkout."""
-    package = Path(__file__).resolve().parent
+    package = Path(__file__).resolve().parents[1]
     installed = package / "_examples" / "demo.yaml"
     return installed if installed.is_file() else package.parent / "examples" / "demo.yaml"
 
@@ -79,23 +76,6 @@ def banner(demo: Demo, supervisor: Supervisor, log: Path, program: str) -> Itera
     yield f"  mosquitto_sub -p {port} -v -t '{site.site}/{DRIVE}/state/output_frequency'"
     yield ""
     yield "Ctrl-C ends the demo."
-
-
-async def listening(*addresses: str) -> None:
-    """Return when something listens at all of the addresses."""
-    for address in addresses:
-        url = urlsplit(address)
-        while not await _answers(url.hostname or "", url.port or 0):  # noqa: ASYNC110 - it is elsewhere
-            await asyncio.sleep(0.05)
-
-
-async def _answers(host: str, port: int) -> bool:
-    try:
-        _, writer = await asyncio.open_connection(host, port)
-    except OSError:
-        return False
-    with closing(writer):
-        return True
 
 
 def _moved(address: str, usual: str) -> Iterator[str]:

@@ -1,0 +1,151 @@
+"""The command line without a running gateway: help, mistakes, files."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from gateway import __version__
+from tests.cli.program import gateway, small_site
+
+RUNNING = ["demo", "run", "simulate", "read", "watch", "write", "command", "trace", "health"]
+COMMANDS = [*RUNNING, "check", "plan", "profiles", "schema", "users"]
+HEAVY = ("asyncua", "paho", "pymodbus", "pydantic", "structlog", "yaml", "serial", "cryptography", "asyncio")
+
+
+@pytest.fixture
+def site(tmp_path: Path) -> Path:
+    return small_site(tmp_path)
+
+
+def test_version() -> None:
+    assert gateway("--version").out.strip() == __version__
+
+
+def test_help_names_every_command_and_loads_nothing_heavy() -> None:
+    words = [sys.executable, "-X", "importtime", "-m", "gateway", "--help"]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=60, check=True)
+    assert all(f" {command} " in done.stdout for command in COMMANDS)
+    loaded = {line.rpartition("|")[2].strip().partition(".")[0] for line in done.stderr.splitlines()}
+    assert loaded.isdisjoint(HEAVY)
+
+
+@pytest.mark.parametrize("command", [command for command in COMMANDS if command != "users"])
+def test_every_command_teaches_by_example(command: str) -> None:
+    assert f"gateway {command}" in gateway(command, "--help").out
+
+
+@pytest.mark.parametrize("words", [["fly"], ["read"], ["write", "site.yaml"], ["schema", "motor"]])
+def test_wrong_usage_is_2(words: list[str]) -> None:
+    ran = gateway(*words)
+    assert ran.code == 2
+    assert "Traceback" not in ran.err
+
+
+def test_a_missing_site_is_one_line() -> None:
+    ran = gateway("read", "nowhere.yaml", "fan-1.running")
+    assert ran.code == 1
+    assert ran.err.splitlines() == [ran.err.strip()]
+    assert "nowhere.yaml:1:1: cannot be read" in ran.err
+
+
+def test_check_tells_all_mistakes_with_their_places(site: Path) -> None:
+    site.write_text(site.read_text().replace("unit: 5", "unit: 500") + "colour: red\n")
+    ran = gateway("check", site)
+    assert ran.code == 1
+    first, second = ran.out.splitlines()
+    assert first.startswith(f"{site}:9:")
+    assert "500" in first
+    assert second.startswith(f"{site}:11:1: unknown key `colour`")
+
+
+def test_check_of_a_good_site(site: Path) -> None:
+    ran = gateway("check", site)
+    assert (ran.code, ran.err) == (0, "")
+    assert "no errors" in ran.out
+    assert gateway("check", site, "--json").out == ""
+
+
+def test_the_demo_site_is_good() -> None:
+    assert gateway("check", Path(__file__).parents[2] / "examples" / "demo.yaml").code == 0
+
+
+def test_plan_reads_every_monitored_register_once(site: Path) -> None:
+    ran = gateway("plan", site, "--json")
+    assert ran.code == 0
+    (line,) = ran.objects
+    spans = [range(block["address"], block["address"] + block["count"]) for block in line["blocks"]]
+    read = [address for span in spans for address in span]
+    assert len(read) == len(set(read))
+    assert {0x0020, 0x0024, 0x0031} <= set(read)
+    assert 0 < line["load"] < 1
+
+
+def test_an_overloaded_line_is_a_finding(site: Path) -> None:
+    site.write_text(site.read_text() + "rates: {fast: 20ms, normal: 50ms}\n")
+    ran = gateway("plan", site)
+    assert ran.code == 1
+    assert "stretched" in ran.out
+
+
+def test_profiles_as_list_as_table_as_data() -> None:
+    assert "teco-7200gs" in gateway("profiles").out
+    assert "output_frequency" in gateway("profiles", "teco-7200gs").out
+    (profile,) = gateway("profiles", "teco-7200gs", "--json").objects
+    point = next(point for point in profile["points"] if point["name"] == "output_frequency")
+    assert (point["registers"], point["scale"], point["unit"], point["bits"]) == (["0024H"], 0.01, "Hz", None)
+    assert point["source"]
+    running = next(point for point in profile["points"] if point["name"] == "running")
+    assert (running["registers"], running["bits"], running["value_type"]) == (["0020H"], [0, 0], "boolean")
+    assert {"run_forward", "stop"} <= {command["name"] for command in profile["commands"]}
+
+
+def test_an_unknown_profile_is_2() -> None:
+    ran = gateway("profiles", "teco-7200gt")
+    assert (ran.code, ran.err) == (
+        2,
+        "error: there is no profile 'teco-7200gt' (did you mean teco-7200gs?)\n",
+    )
+
+
+@pytest.mark.parametrize("which", ["profile", "site"])
+def test_schemas(which: str) -> None:
+    import json
+
+    schema = json.loads(gateway("schema", which).out)
+    assert schema["type"] == "object"
+
+
+def test_a_simulated_line_needs_a_running_gateway(site: Path) -> None:
+    ran = gateway("read", site, "fan-1.running")
+    assert ran.code == 1
+    assert "no gateway is running" in ran.err
+
+
+def test_trace_without_a_gateway(site: Path) -> None:
+    assert gateway("trace", site, "nrth").err == "error: there is no line 'nrth' (did you mean north?)\n"
+    assert gateway("trace", site, "north").code == 1
+
+
+def test_users_come_and_go(site: Path) -> None:
+    site.write_text(site.read_text() + 'opcua: {endpoint: "opc.tcp://127.0.0.1:4840"}\n')
+    assert gateway("users", "add", site, "anna", "--role", "operator", stdin="secret word\n").code == 0
+    assert gateway("users", "list", site, "--json").objects == [{"name": "anna", "role": "operator"}]
+    assert gateway("users", "remove", site, "anna").code == 0
+    assert gateway("users", "remove", site, "anna").code == 1
+    assert gateway("users", "list", site).out == ""
+
+
+def test_an_empty_password_is_refused(site: Path) -> None:
+    site.write_text(site.read_text() + 'opcua: {endpoint: "opc.tcp://127.0.0.1:4840"}\n')
+    ran = gateway("users", "add", site, "anna", stdin="\n")
+    assert ran.code == 1
+    assert ran.err.startswith("error: a password")
+
+
+def test_run_refuses_an_unknown_line(site: Path) -> None:
+    ran = gateway("run", site, "--line", "south=/dev/null")
+    assert (ran.code, ran.err) == (2, "error: there is no line 'south' (did you mean north?)\n")

@@ -1,0 +1,98 @@
+"""Commands against a running gateway: the supervisor, the core and a simulated drive, all real."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from gateway.bridge.place import running, socket_path
+from tests.cli.program import GATEWAY, gateway, small_site
+
+SETTLE = 30.0
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """The site file of a gateway that runs and whose drive answers."""
+    folder = tmp_path_factory.mktemp("running")
+    path = small_site(folder)
+    with (
+        (folder / "log").open("wb") as log,
+        subprocess.Popen([*GATEWAY, "run", str(path)], stderr=log) as process,
+    ):
+        try:
+            wait_until_up(path)
+            yield path
+        finally:
+            process.send_signal(signal.SIGINT)
+            asked = time.monotonic()
+            code = process.wait(10)
+    assert code == 0
+    assert time.monotonic() - asked < 2.5
+    assert not running(folder / "data")
+    assert not socket_path(folder / "data").exists()
+
+
+def wait_until_up(path: Path) -> None:
+    """Return when the drive answers."""
+    limit = time.monotonic() + SETTLE
+    while "drive fan-1: up" not in gateway("health", path).out:
+        assert time.monotonic() < limit, "the gateway has not come up"
+
+
+def test_read(site: Path) -> None:
+    ran = gateway("read", site, "fan-1.output_frequency", "--json")
+    assert ran.code == 0
+    (sample,) = ran.objects
+    assert (sample["tag"], sample["unit"], sample["quality"]) == ("fan-1.output_frequency", "Hz", "good")
+
+
+def test_read_of_a_tag_that_is_not_there(site: Path) -> None:
+    ran = gateway("read", site, "fan-1.speed")
+    assert ran.code == 2
+    assert ran.err.startswith("error: no readable tag matches 'fan-1.speed'")
+
+
+def test_a_command_is_confirmed_and_shows_on_the_wire(site: Path) -> None:
+    ran = gateway("command", site, "fan-1", "run_forward", "frequency=60", "--json")
+    assert (ran.code, ran.objects[0]["verdict"]) == (0, "confirmed")
+    frames = gateway("trace", site, "north", "--json").objects
+    sent = [frame["data"] for frame in frames if frame["sent"]]
+    assert "05 10 00 01 00 02 04 00 01 17 70 78 87" in sent
+    stopped = gateway("command", site, "fan-1", "stop", "--json")
+    assert stopped.objects[0]["verdict"] == "confirmed"
+
+
+def test_a_write_is_confirmed_by_reading_back(site: Path) -> None:
+    ran = gateway("write", site, "fan-1.frequency_command=30", "--json")
+    assert ran.code == 0
+    assert (ran.objects[0]["verdict"], ran.objects[0]["value"]) == ("confirmed", 30.0)
+
+
+def test_a_write_beyond_the_range_is_refused(site: Path) -> None:
+    ran = gateway("write", site, "fan-1.frequency_command=1000")
+    assert ran.code == 1
+    assert ran.out.startswith("refused  fan-1.frequency_command=1000: ")
+
+
+def test_watch_tells_changes(site: Path) -> None:
+    ran = gateway("watch", site, "fan-1.output_frequency", "--for", "1", "--json")
+    assert ran.code == 0
+    assert [sample for sample in ran.objects if sample["quality"] == "good"]
+
+
+def test_a_second_gateway_is_refused(site: Path) -> None:
+    ran = gateway("run", site)
+    assert ran.code == 1
+    assert "already running" in ran.err
+
+
+def test_health_for_programs(site: Path) -> None:
+    (health,) = gateway("health", site, "--json").objects
+    assert health["lines"][0]["up"] is True
+    assert health["drives"] == {"fan-1": True}

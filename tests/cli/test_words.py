@@ -1,0 +1,124 @@
+"""Words of people, turned into tags, values and arguments."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gateway.tag import ValueType
+from gateway.terminal.errors import UsageError
+from gateway.terminal.words import arguments, find_command, find_drive, find_point, read_value, select, split
+from tests.fakes import small_catalogue
+
+CATALOGUE = small_catalogue()
+SOURCES = {0: "line", 1: "operator_or_terminals"}
+
+
+def test_without_patterns_what_is_monitored() -> None:
+    assert select(CATALOGUE, []) == [
+        "fan-1.running",
+        "fan-1.output_frequency",
+        "fan-1.output_voltage",
+        "fan-1.scan_count",
+        "fan-1.fault_overcurrent",
+    ]
+
+
+def test_patterns_overlap_once() -> None:
+    found = select(CATALOGUE, ["fan-1.output_*", "fan-1.output_frequency"])
+    assert found == ["fan-1.output_frequency", "fan-1.output_voltage"]
+
+
+def test_a_pattern_that_names_nothing_is_an_error() -> None:
+    with pytest.raises(UsageError, match=r"did you mean fan-1\.output_frequency"):
+        select(CATALOGUE, ["fan-1.output_frequenzy"])
+
+
+@pytest.mark.parametrize(
+    ("text", "type", "values", "expected"),
+    [
+        ("60", ValueType.NUMBER, {}, 60.0),
+        ("-0.5", ValueType.NUMBER, {}, -0.5),
+        ("on", ValueType.BOOLEAN, {}, True),
+        ("False", ValueType.BOOLEAN, {}, False),
+        ("7", ValueType.INTEGER, {}, 7),
+        ("line", ValueType.INTEGER, SOURCES, "line"),
+        ("1", ValueType.INTEGER, SOURCES, 1),
+        ("60", ValueType.TEXT, {}, "60"),
+    ],
+)
+def test_values(text: str, type: ValueType, values: dict[int, str], expected: object) -> None:
+    value = read_value(text, type, values)
+    assert (value, value.__class__) == (expected, expected.__class__)
+
+
+@pytest.mark.parametrize(
+    ("text", "type", "values"),
+    [
+        ("nan", ValueType.NUMBER, {}),
+        ("inf", ValueType.NUMBER, {}),
+        ("-infinity", ValueType.NUMBER, {}),
+        ("1e999", ValueType.NUMBER, {}),
+        ("sixty", ValueType.NUMBER, {}),
+        ("1.5", ValueType.INTEGER, {}),
+        ("2", ValueType.BOOLEAN, {}),
+        ("2", ValueType.INTEGER, SOURCES),
+        ("lime", ValueType.INTEGER, SOURCES),
+        ("\N{SUPERSCRIPT TWO}", ValueType.INTEGER, SOURCES),
+    ],
+)
+def test_what_is_no_value(text: str, type: ValueType, values: dict[int, str]) -> None:
+    with pytest.raises(UsageError):
+        read_value(text, type, values)
+
+
+@given(st.text(max_size=12))
+def test_a_number_is_finite_or_refused(text: str) -> None:
+    try:
+        value = read_value(text, ValueType.NUMBER, {})
+    except UsageError:
+        return
+    assert isinstance(value, float)
+    assert math.isfinite(value)
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_numbers_survive(number: float) -> None:
+    assert read_value(repr(number), ValueType.NUMBER, {}) == number
+
+
+def test_arguments_of_a_command() -> None:
+    command = find_command(find_drive(CATALOGUE, "fan-1"), "run_forward")
+    assert arguments(command, ["frequency=60"]) == {"frequency": 60.0}
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ([], "run_forward needs frequency=VALUE"),
+        (["frequenzy=60"], "did you mean frequency"),
+        (["frequency=60", "frequency=50"], "given twice"),
+        (["frequency"], "NAME=VALUE is expected"),
+        (["frequency="], "NAME=VALUE is expected"),
+    ],
+)
+def test_wrong_arguments(words: list[str], message: str) -> None:
+    command = find_command(find_drive(CATALOGUE, "fan-1"), "run_forward")
+    with pytest.raises(UsageError, match=message):
+        arguments(command, words)
+
+
+def test_unknown_names() -> None:
+    with pytest.raises(UsageError, match="did you mean fan-1"):
+        find_drive(CATALOGUE, "fan1")
+    with pytest.raises(UsageError, match="did you mean stop"):
+        find_command(find_drive(CATALOGUE, "fan-1"), "stopp")
+    with pytest.raises(UsageError, match="no tag"):
+        find_point(CATALOGUE, "pump.speed")
+
+
+def test_only_the_first_equals_sign_splits() -> None:
+    assert split("fan-1.label=a=b") == ("fan-1.label", "a=b")

@@ -31,7 +31,8 @@ class Slot:
     def of(cls, point: Point) -> Slot:
         """The slot of a profile's point."""
         encoding = point.encoding
-        if point.table is not Table.HOLDING or point.words != 1 or encoding.times is not None:
+        plain = encoding.type in (NumberType.U16, NumberType.S16) and encoding.times is None
+        if point.table is not Table.HOLDING or point.words != 1 or not plain:
             raise UnsupportedError(f"{point.name}: only 16-bit values in holding registers can be simulated")
         mask = (1 << (encoding.width or 16)) - 1
         signed = encoding.type is NumberType.S16

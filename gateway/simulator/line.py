@@ -98,6 +98,11 @@ class Line:
         """When `advance` has something to do next; at the latest for a look at the drives."""
         return min([self._stepped_at + STEP, *(at for at, _ in self._events())])
 
+    @property
+    def ends_reply(self) -> bool:
+        """What is due next may be the last byte that the master waits for: the one worth being exact for."""
+        return len(self._passing) == 1
+
     def _events(self) -> list[tuple[float, Callable[[], None]]]:
         """What lies ahead: bytes that arrive, a request that ends, a reply that starts."""
         events: list[tuple[float, Callable[[], None]]] = []

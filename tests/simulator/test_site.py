@@ -17,7 +17,7 @@ from gateway.mapping.site import Site
 from gateway.simulator import UnsupportedError, run
 from gateway.simulator.build import build_drives
 from gateway.simulator.drive import Drive
-from tests.simulator.master import UNIT, Master, read
+from tests.simulator.master import UNIT, Master, read, refused
 from tests.simulator.plant import line_config, profile
 
 SITE = """
@@ -81,13 +81,7 @@ def test_the_shipped_profile_gives_the_documented_words() -> None:
     assert master.word(0x002C) & 0xC000 == 0x4000
     assert master.code(0x0002, 6001) == 0x21
     assert master.code(0x0020, 0) == 0x22
-    assert (
-        master.send(read(0x0025, 1))
-        == bytes.fromhex("05 83 02")
-        + master.send(
-            read(0x0025, 1),
-        )[-2:]
-    )
+    assert master.send(read(0x0025, 1)) == refused(0x03, 0x02)
 
 
 async def test_run_opens_the_lines_and_closes_them(site: Site, tmp_path: Path) -> None:

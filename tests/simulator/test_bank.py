@@ -1,0 +1,85 @@
+"""Named values in registers."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gateway.mapping.profile import Access, Encoding, Kind, NumberType, Point, Table
+from gateway.simulator import UnsupportedError
+from gateway.simulator.bank import Bank
+from gateway.simulator.refusal import RefusalError
+from tests.simulator.plant import profile
+
+
+def bank_of(encoding: Encoding, table: Table = Table.HOLDING) -> Bank:
+    point = Point(
+        name="x",
+        group="all",
+        kind=Kind.STATUS,
+        access=Access.READ,
+        rate="fast",
+        address=7,
+        encoding=encoding,
+        table=table,
+    )
+    return Bank([(7, 8)], {"x": point})
+
+
+@given(st.integers(0, 0xFFFF))
+def test_every_count_comes_back(raw: int) -> None:
+    bank = bank_of(Encoding(scale=Fraction(1, 100)))
+    bank.set("x", raw / 100)
+    assert bank.words[7] == raw
+    assert bank.get("x") == pytest.approx(raw / 100)
+
+
+@given(st.integers(0, 0xFFFF), st.integers(0, 12), st.integers(1, 4), st.integers(0, 15))
+def test_a_field_leaves_its_neighbours(word: int, bit: int, width: int, value: int) -> None:
+    bank = bank_of(Encoding(bit=bit, width=width))
+    bank.words[7] = word
+    bank.set("x", value)
+    mask = ((1 << width) - 1) << bit
+    assert bank.words[7] & ~mask == word & ~mask
+    assert bank.get("x") == min(value, (1 << width) - 1)
+
+
+def test_values_are_held_within_the_register() -> None:
+    bank = bank_of(Encoding(scale=Fraction(1, 10)))
+    bank.set("x", 1e9)
+    assert bank.words[7] == 0xFFFF
+    bank.set("x", -1)
+    assert bank.words[7] == 0
+
+
+def test_signed_values() -> None:
+    bank = bank_of(Encoding(type=NumberType.S16, offset=Fraction(-10)))
+    bank.set("x", -20)
+    assert (bank.words[7], bank.get("x")) == (0xFFF6, -20)
+    bank.set("x", -1e6)
+    assert bank.words[7] == 0x8000
+
+
+@pytest.mark.parametrize(
+    ("encoding", "table"),
+    [
+        (Encoding(type=NumberType.U32, words=2), Table.HOLDING),
+        (Encoding(type=NumberType.BCD), Table.HOLDING),
+        (Encoding(times="p2000"), Table.HOLDING),
+        (Encoding(), Table.INPUT),
+    ],
+)
+def test_what_is_not_modelled_is_said(encoding: Encoding, table: Table) -> None:
+    with pytest.raises(UnsupportedError, match="x: only 16-bit"):
+        bank_of(encoding, table).get("x")
+
+
+def test_addresses_that_do_not_exist() -> None:
+    bank = Bank([(1, 2), (4, 4)], profile().points)
+    assert bank.read(1, 2) == (0, 0)
+    for address, count in ((0, 1), (2, 2), (3, 1), (4, 2)):
+        with pytest.raises(RefusalError, match="illegal_address"):
+            bank.read(address, count)

@@ -19,6 +19,7 @@ from gateway.users import add_user
 from tests.fakes import FakeBridge
 
 PASSWORD = "correct horse"
+CLIENT_URI = "urn:test:client"
 FREQUENCY = "fan-1.output_frequency"
 COMMAND = "fan-1.frequency_command"
 

@@ -82,6 +82,8 @@ class Channel(UaProcessor):
     async def process(self, header: Any, body: Buffer) -> bool:
         """Deal with one chunk; False closes the connection, as it does for anything malformed."""
         try:
+            if header.MessageType == ua.MessageType.SecureMessage and not self._connection.is_open():
+                raise ServiceError(ua.StatusCodes.BadTcpMessageTypeInvalid)
             return bool(await super().process(header, body))
         except Exception as error:
             self._say_goodbye(error)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from typing import NamedTuple
 
@@ -60,7 +61,7 @@ class Interest:
     def give_back(self, tags: Iterable[str]) -> None:
         """The core could not be told about these after all."""
         for tag in tags:
-            self._told.pop(tag, None)
+            self._told[tag] = math.nan  # differs from everything, so that it will be told again
             self._changed.add(tag)
 
     def _tell(self, tag: str, period: float | None) -> None:

@@ -347,4 +347,4 @@ class Line:
         return [PlanChanged()]
 
     def _note(self, now: float, sent: bool, data: bytes, note: str) -> None:
-        self._record.frames.append(Traced(now, sent, data, note))
+        self._record.note(now, sent, data, note)

@@ -32,6 +32,15 @@ class Record:
         self._since = now
         self._busy.clear()
 
+    def note(self, at: float, sent: bool, data: bytes, note: str) -> None:
+        """Keep bytes that crossed the wire. What comes in piece by piece becomes one frame, which ends
+        with the first piece that has a note."""
+        last = self.frames[-1] if self.frames else None
+        if last is not None and not (sent or last.sent or last.note):
+            self.frames[-1] = Traced(at, False, last.data + data, note)
+        else:
+            self.frames.append(Traced(at, sent, data, note))
+
     def used(self, began: float, ended: float) -> None:
         """The wire belonged to one transaction from ``began`` until the next could begin."""
         self._busy.append((began, ended))

@@ -57,8 +57,8 @@ def test_check_tells_all_mistakes_with_their_places(site: Path) -> None:
     ran = gateway("check", site)
     assert ran.code == 1
     first, second = ran.out.splitlines()
-    assert first.startswith(f"{site}:9:")
-    assert "500" in first
+    assert first.startswith(f"{site}:9:43: ")
+    assert "unit addresses" in first
     assert second.startswith(f"{site}:11:1: unknown key `colour`")
 
 

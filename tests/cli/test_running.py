@@ -63,7 +63,10 @@ def test_a_command_is_confirmed_and_shows_on_the_wire(site: Path) -> None:
     assert (ran.code, ran.objects[0]["verdict"]) == (0, "confirmed")
     frames = gateway("trace", site, "north", "--json").objects
     sent = [frame["data"] for frame in frames if frame["sent"]]
-    assert "05 10 00 01 00 02 04 00 01 17 70 78 87" in sent
+    request = "05 10 00 01 00 02 04 00 01 17 70 78 87"
+    assert request in sent
+    answers = [frame["data"] for frame in frames[[f["data"] for f in frames].index(request) :]]
+    assert answers[1] == "05 10 00 01 00 02 11 8C"
     stopped = gateway("command", site, "fan-1", "stop", "--json")
     assert stopped.objects[0]["verdict"] == "confirmed"
 

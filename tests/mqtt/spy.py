@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import socket
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -47,6 +48,9 @@ class Spy:
         self._client.on_connect = self._on_connect
         self._client.on_subscribe = lambda *_: self._loop.call_soon_threadsafe(self._subscribed.set)
         self._client.on_message = self._on_message
+        self._client.on_socket_open = lambda _, __, sock: sock.setsockopt(
+            socket.IPPROTO_TCP, socket.TCP_NODELAY, 1
+        )
 
     async def __aenter__(self) -> Spy:
         await asyncio.to_thread(self._client.connect, "127.0.0.1", self._port)

@@ -5,11 +5,13 @@ from __future__ import annotations
 import asyncio
 import time
 
+import msgspec
 import pytest
 
 from gateway.bridge.api import DriveState, Happened
+from gateway.northbound.mqtt import connection, link, protocol
 from gateway.tag import Cause, Event, Outcome, Quality, Sample, Verdict
-from tests.fakes import FakeBridge
+from tests.fakes import FakeBridge, small_catalogue
 from tests.mqtt.brokers import BrokerProcess
 from tests.mqtt.conftest import adapter, section
 from tests.mqtt.spy import Spy
@@ -232,6 +234,42 @@ async def test_the_broker_dies_and_returns(broker: BrokerProcess) -> None:
             await spy.until("plant7/fan-1/state/running", lambda d: d["v"] is False)
             await spy.until("plant7/fan-1/meta")
             await spy.until(GATEWAY)
+
+
+async def test_hundreds_of_tags_over_one_connection(broker: BrokerProcess) -> None:
+    drive = small_catalogue().drives[0]
+    bit = drive.points[0]
+    points = tuple(msgspec.structs.replace(bit, name=f"bit_{number}") for number in range(400))
+    catalogue = msgspec.structs.replace(
+        small_catalogue(), drives=(msgspec.structs.replace(drive, points=points),)
+    )
+    bridge = FakeBridge(catalogue, section(broker.port))
+    async with Spy(broker.port, broker.version) as spy, adapter(bridge):
+        epoch = await epoch_of(spy)
+        now = time.time_ns()
+        bridge.push(*(Sample(f"fan-1.bit_{number}", True, Quality.GOOD, now) for number in range(400)))
+        for number in range(400):
+            await spy.until(f"plant7/fan-1/state/bit_{number}", lambda d: d["v"] is True)
+        assert {seen.json.get("epoch") for seen in spy.seen if seen.topic == GATEWAY} == {epoch}
+
+
+async def test_a_broker_that_hangs_is_given_up(
+    broker: BrokerProcess, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(protocol, "KEEPALIVE", 1)
+    monkeypatch.setattr(connection, "MISC_PERIOD", 0.1)
+    bridge = FakeBridge(section=section(broker.port))
+    async with adapter(bridge):
+        async with Spy(broker.port, broker.version) as spy:
+            first = await epoch_of(spy)
+        lost = asyncio.Event()
+        monkeypatch.setattr(link.log, "warning", lambda *_: lost.set())
+        broker.freeze()
+        async with asyncio.timeout(10):
+            await lost.wait()
+        broker.thaw()
+        async with Spy(broker.port, broker.version) as spy:
+            await spy.until(GATEWAY, lambda d: d.get("epoch") not in (None, first))
 
 
 async def test_an_orderly_end_leaves_no_live_looking_value(broker: BrokerProcess) -> None:

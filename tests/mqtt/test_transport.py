@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import socket
 import subprocess
 import time
 from collections.abc import AsyncIterator, Iterator
@@ -11,6 +12,7 @@ from contextlib import asynccontextmanager, contextmanager
 from datetime import UTC, datetime, timedelta
 from ipaddress import ip_address
 from pathlib import Path
+from typing import Any
 
 import pytest
 from cryptography import x509
@@ -104,6 +106,14 @@ async def test_user_and_password(tmp_path: Path) -> None:
         with pytest.raises(RefusedError):
             async with connection(broker=url):
                 pass
+
+
+async def test_small_messages_do_not_wait_for_each_other(tmp_path: Path) -> None:
+    port = free_port()
+    with nats(tmp_path, config_text(port, tmp_path / "store"), port):
+        async with connection(broker=f"mqtt://127.0.0.1:{port}") as opened:
+            sock: Any = opened._client.socket()
+            assert sock.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY) != 0
 
 
 async def test_tls_checks_the_certificate(tmp_path: Path) -> None:

@@ -28,6 +28,10 @@ ANSWER_TIMEOUT = 10.0
 """Longest wait for CONNACK and SUBACK in seconds; a NATS cluster that elects a leader needs some."""
 MISC_PERIOD = 1.0
 """Seconds between looks at the keep-alive."""
+LARGEST_PACKET = 268_435_455
+"""Bytes; what MQTT can express. MQTT 5 brokers tell their own limit."""
+HEADERS = 64
+"""Bytes of a PUBLISH packet beside topic and payload, generously."""
 
 log = logging.getLogger(__name__)
 
@@ -66,6 +70,8 @@ class Connection:
         self.on_message: Callable[[Incoming], None] = lambda message: None
         self.on_room: Callable[[], None] = lambda: None
         """Called when the broker has confirmed something."""
+        self._window = WINDOW
+        self._largest = LARGEST_PACKET
         self._answer: asyncio.Future[Answer] = self._loop.create_future()
         self._arrived: list[Incoming] = []
         self._confirmed = False
@@ -111,10 +117,16 @@ class Connection:
     @property
     def room(self) -> bool:
         """True when another message may be published now."""
-        return len(self.unconfirmed) < WINDOW and not self.closed.done()
+        return len(self.unconfirmed) < self._window and not self.closed.done()
 
     def publish(self, message: Message) -> None:
-        """Hand a message over; it stays in ``unconfirmed`` until the broker confirms it."""
+        """Hand a message over; it stays in ``unconfirmed`` until the broker confirms it.
+
+        One that is longer than the broker takes is left out: it would end the connection, again and again.
+        """
+        if len(message.payload) + len(message.topic.encode()) + HEADERS > self._largest:
+            log.error("%s is left out: the broker takes %d bytes at most", message.topic, self._largest)
+            return
         mid = protocol.publish(self._client, message, self.version)
         self.unconfirmed[mid] = message
         self._sync_writer()
@@ -211,6 +223,8 @@ class Connection:
     ) -> None:
         name = code.getName()
         version = name == "Unsupported protocol version"
+        self._window = min(WINDOW, getattr(more, "ReceiveMaximum", WINDOW))
+        self._largest = getattr(more, "MaximumPacketSize", LARGEST_PACKET)
         self._give_answer(Answer(not code.is_failure, f"broker refuses: {name}", version=version))
 
     def _on_subscribe(self, client: Client, data: Any, mid: int, codes: list[ReasonCode], more: Any) -> None:

@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 from gateway.northbound.mqtt import payload
 from gateway.northbound.mqtt.connection import Answer, Connection, RefusedError
-from gateway.northbound.mqtt.message import Incoming
+from gateway.northbound.mqtt.message import Incoming, Lane, Message
 from gateway.northbound.mqtt.outbox import Outbox
 from gateway.northbound.mqtt.protocol import Version
 from gateway.northbound.mqtt.settings import Broker, SettingsError
@@ -48,6 +48,7 @@ class Link:
         self._version: Version = 5
         self._connection: Connection | None = None
         self._idle = asyncio.Event()
+        self._told_lost = outbox.dropped
         outbox.on_put = self.pump
 
     async def run(self) -> None:
@@ -131,6 +132,14 @@ class Link:
             connection.publish(message)
         if connection is not None and not connection.unconfirmed and not len(self._outbox):
             self._idle.set()
+            self._tell_losses()
+
+    def _tell_losses(self) -> None:
+        """Once the broker keeps up again, say how many messages it never got."""
+        lost, self._told_lost = self._outbox.dropped - self._told_lost, self._outbox.dropped
+        if lost:
+            event = payload.messages_lost(lost, time.time_ns())
+            self._outbox.put(Message(self._topics.event(""), event, Lane.ANSWER))
 
     async def drain(self, seconds: float) -> None:
         """Wait until all is sent and confirmed, at most so long."""

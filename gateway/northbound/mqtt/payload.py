@@ -79,10 +79,10 @@ def command_refused(name: str, cause: Cause, reason: str, by: str, time: int) ->
     return _encode({"name": "command_refused", "ts": iso(time)} | about)
 
 
-def commands_lost(count: int, time: int) -> bytes:
-    """The event that tells that commands came faster than they could be looked at."""
-    text = f"{count} commands were dropped without an answer because too many came at once"
-    return _encode({"name": "commands_lost", "ts": iso(time), "text": text, "v": count})
+def messages_lost(count: int, time: int) -> bytes:
+    """The event that tells that the broker did not keep up."""
+    text = f"{count} answers, events or data messages were dropped: the broker was away or too slow"
+    return _encode({"name": "messages_lost", "ts": iso(time), "text": text, "v": count})
 
 
 def drive_status(state: DriveState) -> bytes:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gateway.mapping.profile import Access, Encoding, Kind, NumberType, Point, Table
@@ -29,6 +29,7 @@ def bank_of(encoding: Encoding, table: Table = Table.HOLDING) -> Bank:
     return Bank([(7, 8)], {"x": point})
 
 
+@settings(deadline=None)
 @given(st.integers(0, 0xFFFF))
 def test_every_count_comes_back(raw: int) -> None:
     bank = bank_of(Encoding(scale=Fraction(1, 100)))
@@ -37,6 +38,7 @@ def test_every_count_comes_back(raw: int) -> None:
     assert bank.get("x") == pytest.approx(raw / 100)
 
 
+@settings(deadline=None)
 @given(st.integers(0, 0xFFFF), st.integers(0, 12), st.integers(1, 4), st.integers(0, 15))
 def test_a_field_leaves_its_neighbours(word: int, bit: int, width: int, value: int) -> None:
     bank = bank_of(Encoding(bit=bit, width=width))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from gateway.simulator import Options, Trip, UnsupportedError
+from gateway.simulator import Options, Panel, Trip, UnsupportedError
 from tests.simulator.master import Master, read
 from tests.simulator.plant import drive
 
@@ -198,10 +198,22 @@ def test_a_stopped_drive_does_not_mind_silence() -> None:
 
 def test_a_drive_that_listens_to_its_panel_does_not_mind_silence() -> None:
     master = Master(drive())
+    master.write(0x0400, 2000)
     master.write(0x0107, 0b0011)
-    master.write(0x0001, RUN)
+    master.drive.post(Panel(run=True))
     master.wait(100, polling=False)
+    assert master.drive.state.frequency == 20.0
     assert not master.drive.state.communication_lost
+
+
+@pytest.mark.parametrize("sn_08", [0b0000, 0b1100])
+def test_one_silence_is_one_fault(sn_08: int) -> None:
+    master = Master(drive())
+    master.write(0x0107, sn_08)
+    master.write(0x0001, RUN, 6000)
+    for _ in range(40):
+        master.wait(0.25, polling=False)
+    assert master.drive.registers[0x0033] == 0xE
 
 
 def test_line_errors_stay_unless_switch_s1_7_deletes_them() -> None:

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from itertools import pairwise
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gateway.simulator import CorruptByte, DelayReply, DropReply, NoiseBefore, Options
@@ -124,6 +124,16 @@ def test_a_request_in_pieces_is_one_frame_while_silence_is_short() -> None:
     bench.send(READ[3:])
     bench.wait(0.5)
     assert len(b"".join(piece for _, piece in bench.got)) == REPLY_LENGTH
+
+
+def test_pieces_written_at_once_still_cross_the_wire_one_after_the_other() -> None:
+    bench = Bench()
+    start = bench.send(READ[:3])
+    bench.send(READ[3:])
+    bench.wait(0.5)
+    assert bench.last_byte_at == pytest.approx(
+        start + (len(READ) + REPLY_LENGTH) * bench.character + TURNAROUND
+    )
 
 
 def test_a_request_with_a_pause_is_two_broken_frames() -> None:
@@ -275,6 +285,7 @@ def test_the_log_tells_what_was_on_the_wire() -> None:
     assert reply.drive == "fan-5"
 
 
+@settings(deadline=None)
 @given(st.lists(st.tuples(st.binary(min_size=1, max_size=40), st.floats(0, 0.1)), max_size=20), st.booleans())
 def test_no_traffic_upsets_the_line(traffic: list[tuple[bytes, float]], strict: bool) -> None:
     """Whatever the master does, time goes on and a good request after a second of silence is answered."""

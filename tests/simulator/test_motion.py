@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gateway.simulator import Options, Panel, PowerCycle
@@ -170,6 +170,7 @@ def test_power_cycle_forgets_commands_and_keeps_parameters(master: Master) -> No
     assert master.word(0x0040) & 0x1F == 5
 
 
+@settings(deadline=None)
 @given(
     st.lists(st.tuples(st.floats(-400, 400), st.floats(0, 20)), max_size=20),
     st.floats(0.1, 1000),
@@ -186,6 +187,7 @@ def test_ramp_never_overshoots_nor_exceeds_its_rate(
         assert abs(motor.frequency - before) <= max(up, down) * seconds * (1 + 1e-9) + 1e-9
 
 
+@settings(deadline=None)
 @given(st.floats(-60, 60), st.floats(-60, 60), st.lists(st.floats(0.001, 1), min_size=1, max_size=30))
 def test_ramp_does_not_depend_on_how_often_it_is_looked_at(
     start: float, target: float, pieces: list[float]

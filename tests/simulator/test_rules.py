@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gateway.simulator import Trip
@@ -197,11 +197,13 @@ def test_damaged_frames_get_silence(master: Master, damage: Callable[[bytes], by
     assert master.word(0x0001) == 0
 
 
+@settings(deadline=None)
 @given(st.binary(max_size=300))
 def test_no_bytes_crash_it_and_none_unsealed_are_answered(data: bytes) -> None:
     assert Master(drive()).send(data) is None or framed(*data[:-2]) == data
 
 
+@settings(deadline=None)
 @given(st.binary(min_size=1, max_size=60).map(lambda body: framed(UNIT, *body)))
 def test_any_sound_frame_is_answered_soundly_or_not_at_all(data: bytes) -> None:
     master = Master(drive())
@@ -212,6 +214,7 @@ def test_any_sound_frame_is_answered_soundly_or_not_at_all(data: bytes) -> None:
     assert master.word(0x0040) & 0x1F == UNIT
 
 
+@settings(deadline=None)
 @given(st.sampled_from([read(0x0020, 5), write(0x0001, 1, 6000)]), st.data())
 def test_a_frame_with_turned_bits_is_never_answered(frame: bytes, data: st.DataObject) -> None:
     """CRC-16 finds every error burst of up to 16 bits."""
@@ -224,6 +227,7 @@ def test_a_frame_with_turned_bits_is_never_answered(frame: bytes, data: st.DataO
     assert master.read(0x0001, 2) == [0, 0]
 
 
+@settings(deadline=None)
 @given(
     st.lists(
         st.tuples(st.sampled_from([*DEFINED, *OUTSIDE]), st.lists(st.integers(0, 0xFFFF), max_size=17)),

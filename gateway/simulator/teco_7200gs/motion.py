@@ -35,8 +35,8 @@ class Motion:
         self._speed = options.speed
 
     def react(self, reaction: Reaction) -> None:
-        """Stop as told; a later fault never softens a coast."""
-        if reaction is not Reaction.KEEP_RUNNING and self.reaction is not Reaction.COAST:
+        """Stop as told. After a coast there is nothing left for a later fault to soften."""
+        if reaction is not Reaction.KEEP_RUNNING:
             self.reaction = reaction
 
     def move(self, seconds: float) -> None:

@@ -47,6 +47,11 @@ class SimulatedLine:
         self._stop_reader = self._stop_writer = -1
 
     @property
+    def silence(self) -> float:
+        """Seconds of silence that the drives want before each request."""
+        return self._line.timing.silence
+
+    @property
     def log(self) -> list[WireFrame]:
         """The frames that were on the wire, oldest first."""
         return list(self._line.log)

@@ -62,6 +62,7 @@ class Drive:
     def plug(self) -> None:
         self._far, near = pty.openpty()
         tty.setraw(near)
+        os.set_blocking(self._far, False)
         self.link.unlink(missing_ok=True)
         self.link.symlink_to(os.ttyname(near))
         os.close(near)
@@ -77,6 +78,8 @@ class Drive:
     def _readable(self) -> None:
         try:
             self._buffer += os.read(self._far, 4096)
+        except BlockingIOError:
+            return
         except OSError:  # nobody has the near end open
             asyncio.get_running_loop().remove_reader(self._far)
             asyncio.get_running_loop().call_later(0.01, self._watch_again)
@@ -219,45 +222,62 @@ async def test_an_open_that_hangs_stalls_nothing() -> None:
     assert never.cancelled()
 
 
+class Server:
+    """A TCP server on a free port whose connections are all closed at the end."""
+
+    def __init__(self, size: int, answer: Callable[[bytes], bytes]) -> None:
+        self._size = size
+        self._answer = answer
+        self._writers: list[asyncio.StreamWriter] = []
+        self.port = 0
+
+    async def __aenter__(self) -> Server:
+        self._server = await asyncio.start_server(self._serve, "127.0.0.1", 0)
+        self.port = self._server.sockets[0].getsockname()[1]
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        self._server.close()
+        await self.drop()
+
+    async def drop(self) -> None:
+        """Close all connections."""
+        for writer in self._writers:
+            writer.close()
+            with contextlib.suppress(ConnectionError):
+                await writer.wait_closed()
+        self._writers.clear()
+
+    async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        self._writers.append(writer)
+        with contextlib.suppress(asyncio.IncompleteReadError, ConnectionError):
+            while True:
+                writer.write(self._answer(await reader.readexactly(self._size)))
+
+
+def modbus_tcp_reply(request: bytes) -> bytes:
+    number, _, _, unit, function, _, count = struct.unpack(">HHHBBHH", request)
+    head = struct.pack(">HHHBBB", number, 0, 3 + 2 * count, unit, function, 2 * count)
+    return head + bytes((0, 7)) * count
+
+
 async def test_rtu_over_tcp() -> None:
     unit = FakeUnit(registers={0x24: 50})
-
-    async def serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        with contextlib.suppress(asyncio.IncompleteReadError):
-            while True:
-                writer.write(unit.answer(await reader.readexactly(8)) or b"")
-        writer.close()
-
-    server = await asyncio.start_server(serve, "127.0.0.1", 0)
-    number = server.sockets[0].getsockname()[1]
-    async with server, running(f"tcp://127.0.0.1:{number}") as (_, heard):
+    server = Server(8, lambda request: unit.answer(request) or b"")
+    async with server, running(f"tcp://127.0.0.1:{server.port}") as (_, heard):
         await heard.until(lambda: heard.reads() >= 3)
+        assert {a.words for a in heard.actions if isinstance(a, BlockRead)} == {(50,)}
 
 
 async def test_modbus_tcp_and_a_server_that_goes_away() -> None:
-    connections: list[asyncio.StreamWriter] = []
-
-    async def serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        connections.append(writer)
-        with contextlib.suppress(asyncio.IncompleteReadError, ConnectionError):
-            while True:
-                number, _, _, unit, function, _, count = struct.unpack(
-                    ">HHHBBHH", await reader.readexactly(12)
-                )
-                data = struct.pack(
-                    f">HHHBBB{count}H", number, 0, 3 + 2 * count, unit, function, 2 * count, *[7] * count
-                )
-                writer.write(data)
-        writer.close()
-
-    server = await asyncio.start_server(serve, "127.0.0.1", 0)
-    number = server.sockets[0].getsockname()[1]
-    async with server, running(f"modbus://127.0.0.1:{number}", "tcp") as (master, heard):
+    server = Server(12, modbus_tcp_reply)
+    async with server, running(f"modbus://127.0.0.1:{server.port}", "tcp") as (master, heard):
         await heard.until(lambda: heard.reads() >= 2)
-        connections[0].close()
+        await server.drop()
         await heard.until(lambda: not master.line.is_open)
         before = heard.reads()
         await heard.until(lambda: heard.reads() > before)
+        assert {a.words for a in heard.actions if isinstance(a, BlockRead)} == {(7,)}
 
 
 async def test_refusals_say_why(tmp_path: Path) -> None:

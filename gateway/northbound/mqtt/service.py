@@ -19,9 +19,9 @@ from gateway.northbound.mqtt.settings import settings_of
 from gateway.northbound.mqtt.topics import Topics
 from gateway.tag import Instant
 
-FINISH_COMMANDS = 0.7
+FINISH_COMMANDS = 0.5
 """Seconds that commands under way have to get their answer when the adapter stops."""
-FINISH_MESSAGES = 0.7
+FINISH_MESSAGES = 0.5
 """Seconds for the last messages after that."""
 
 log = logging.getLogger(__name__)

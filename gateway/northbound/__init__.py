@@ -1,0 +1,1 @@
+"""What shows the gateway to the world: a folder and a process for each protocol."""

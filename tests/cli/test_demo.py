@@ -14,6 +14,8 @@ import pytest
 
 from tests.cli.program import GATEWAY, gateway
 
+pytestmark = pytest.mark.xdist_group("demo")
+
 
 class Demo:
     """A running demo and what it has printed."""

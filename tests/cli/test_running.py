@@ -13,6 +13,8 @@ import pytest
 from gateway.bridge.place import running, socket_path
 from tests.cli.program import GATEWAY, gateway, small_site
 
+pytestmark = pytest.mark.xdist_group("running")
+
 SETTLE = 30.0
 
 

@@ -134,10 +134,12 @@ async def test_children_die_with_a_killed_supervisor(tmp_path: Path) -> None:
         stdout=asyncio.subprocess.PIPE,
         stderr=asyncio.subprocess.DEVNULL,
     )
-    assert process.stdout is not None
-    pids = [int(word) for word in (await asyncio.wait_for(process.stdout.readline(), 20)).split()]
-    assert len(pids) == 4
-    assert all(lives(pid) for pid in pids)
-    process.kill()
-    await process.wait()
+    try:
+        assert process.stdout is not None
+        pids = [int(word) for word in (await asyncio.wait_for(process.stdout.readline(), 20)).split()]
+        assert len(pids) == 4
+        assert all(lives(pid) for pid in pids)
+    finally:
+        process.kill()
+        await process.wait()
     await until(lambda: not any(lives(pid) for pid in pids), 2.0)

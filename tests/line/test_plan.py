@@ -180,8 +180,10 @@ def test_promised_ages_hold_in_virtual_time(places: list[tuple[int, int]], data:
     bench = Bench([facts(u) for u in range(1, 5)], [FakeUnit(u) for u in range(1, 5)]).start(*wants)
     bench.run(20)
     plan = bench.line.plan
+    longest = max((block.period for block in plan.blocks), default=0.0)
     start = bench.now
-    bench.run(15)
+    bench.run(15 + 3 * longest)
+    assert bench.line.plan is plan
     for block in plan.blocks:
         ends = [
             at
@@ -190,6 +192,6 @@ def test_promised_ages_hold_in_virtual_time(places: list[tuple[int, int]], data:
             and getattr(a, "words", None) is not None
             and (a.unit, a.address) == (block.unit, block.address)
         ]
-        assert len(ends) > 5
+        assert len(ends) >= 3
         # from when a value was on the wire until its successor is complete
         assert max(b - a for a, b in pairwise(ends)) + block.cost <= block.worst_age + 1e-6

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import asyncio
+import logging
 import os
 import signal
 import sys
@@ -24,7 +25,13 @@ def main(argv: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m gateway.northbound.opcua", description=__doc__)
     parser.add_argument("--fd", type=int, required=True, help="number of the inherited bridge socket")
     configure("opcua")
+    logging.getLogger("asyncua.server.uaprocessor").addFilter(_is_not_a_clients_mistake)
     return asyncio.run(run(parser.parse_args(argv).fd))
+
+
+def _is_not_a_clients_mistake(record: logging.LogRecord) -> bool:
+    """asyncua logs every refused request as an error; the client has been told, that is enough."""
+    return not str(record.msg).startswith("sending service fault")
 
 
 async def run(fd: int) -> int:

@@ -61,6 +61,12 @@ class UnitFacts:
     """Function 08H is there for resynchronising."""
     reply_usual: float = 0.01
     reply_max: float = 1.0
+    pause_read: float = 0.0
+    pause_write: float = 0.0
+    pause_broadcast: float = 0.1
+    """Seconds of silence after a read, a write, a broadcast, beside the gap."""
+    error_functions: tuple[int, ...] = ()
+    """Function bytes that also mean an error reply, beside function + 80H."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,11 +93,17 @@ class Read:
 
 @dataclass(frozen=True, slots=True)
 class Write:
-    """Write registers from ``address`` on, in one frame; the unit's facts choose the function."""
+    """Write registers from ``address`` on, in one frame; the unit's facts choose the function.
+
+    ``silent``: the drive does not answer this write (a broadcast never is); it counts as answered once it
+    is sent. ``pause``: seconds of silence to keep on the line afterwards, beside the gap.
+    """
 
     unit: int
     address: int
     words: tuple[int, ...]
+    silent: bool = False
+    pause: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

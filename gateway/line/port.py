@@ -13,6 +13,7 @@ import socket
 import termios
 import threading
 from collections.abc import Callable
+from pathlib import Path
 from typing import Protocol
 from urllib.parse import urlsplit
 
@@ -134,7 +135,7 @@ def _configured(line: LineConfig) -> serial.Serial:
     device = serial.Serial(
         port=line.port,
         baudrate=line.baud,
-        bytesize=line.format.data_bits,
+        bytesize=8 if _is_pseudo_terminal(line.port) else line.format.data_bits,
         parity=line.format.parity,
         stopbits=line.format.stop_bits,
         timeout=0,
@@ -153,6 +154,11 @@ def _configured(line: LineConfig) -> serial.Serial:
         device.close()
         raise
     return device
+
+
+def _is_pseudo_terminal(path: str) -> bool:
+    """Simulated lines are pseudo terminals: they carry whole bytes and refuse to be set to fewer bits."""
+    return Path(path).resolve().is_relative_to("/dev/pts")
 
 
 def _tell_hang_up_from_silence(descriptor: int) -> None:

@@ -192,6 +192,13 @@ async def test_stop_gives_the_port_back(drive: Drive) -> None:
         assert heard.reads() == reads
 
 
+@pytest.mark.parametrize(
+    "form", [SerialFormat(7, "E", 1), SerialFormat(8, "E", 1), SerialFormat(8, "O", 1)], ids=str
+)
+async def test_any_character_format_opens_on_a_simulated_line(drive: Drive, form: SerialFormat) -> None:
+    (await open_port(config(str(drive.link), form))).close()
+
+
 async def test_withdraw_and_stop_tell_everyone(drive: Drive) -> None:
     async with running(str(drive.link)) as (master, heard):
         await heard.until(lambda: heard.reads() >= 1)

@@ -24,6 +24,10 @@ class PointInfo(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     """A point of a drive as northbounds show it."""
 
     name: str
+    node: str = ""
+    browse: str = ""
+    topic: str = ""
+    """How it is called outside: see `gateway.mapping.site.Names`. Empty: as its name."""
     group: str
     kind: str
     """`gateway.mapping.profile.Kind` as text: status, measurement, fault, setpoint, switch, ..."""
@@ -64,18 +68,24 @@ class ArgumentInfo(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True
 
 
 class CommandInfo(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """A command of a drive."""
+    """A command of a drive. ``node``, ``browse``, ``topic`` as those of a point."""
 
     name: str
+    node: str = ""
+    browse: str = ""
+    topic: str = ""
     args: tuple[ArgumentInfo, ...] = ()
     role: Role = Role.OPERATOR
     help: str = ""
 
 
 class DriveInfo(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """A drive with everything that can be browsed."""
+    """A drive with everything that can be browsed. ``topic`` begins all its topics (``plant7/fan-1``)."""
 
     name: str
+    node: str = ""
+    browse: str = ""
+    topic: str = ""
     line: str
     unit: int
     profile: str

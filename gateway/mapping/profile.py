@@ -119,8 +119,9 @@ class Encoding:
     """How a raw value becomes an engineering value: ``raw * scale * times + offset``.
 
     ``bit`` and ``width`` cut a field out of one register (``width`` 0: the whole value). ``symbol`` is
-    the unit's symbol, None for a plain number. ``values`` names raw values both ways (an enumeration);
-    ``special`` names raw values that are not numbers.
+    the unit's symbol, None for a plain number; ``times`` names the setting or point that multiplies.
+    ``values`` names raw values both ways (an enumeration); ``patterns`` name raw values by mask and bits,
+    for reading only; ``special`` names raw values that are not numbers.
     """
 
     type: NumberType = NumberType.U16
@@ -135,6 +136,7 @@ class Encoding:
     offset: Fraction = Fraction(0)
     values: Mapping[int, str] = field(default_factory=lambda: MappingProxyType({}))
     special: Mapping[int, str] = field(default_factory=lambda: MappingProxyType({}))
+    patterns: tuple[tuple[int, int, str], ...] = ()
 
     @property
     def value_type(self) -> ValueType:
@@ -143,10 +145,26 @@ class Encoding:
             return ValueType.TEXT
         if self.width == 1 and not self.values:
             return ValueType.BOOLEAN
-        if self.values:
+        if self.values or self.patterns:
             return ValueType.INTEGER
         plain = self.symbol is None and self.scale == 1 and self.times is None and self.offset == 0
         return ValueType.INTEGER if plain and self.type is not NumberType.F32 else ValueType.NUMBER
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """One way in which a point is to be understood; the symbol is the same in all cases of a point."""
+
+    when: Condition
+    encoding: Encoding
+    limits: Limits | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Constant:
+    """A value that is always written: raw for enumerations, else in the point's unit."""
+
+    value: Fraction
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -174,6 +192,21 @@ class Point:
     wear: int | Literal["unknown"] | None = None
     danger: Mapping[int, str] = field(default_factory=lambda: MappingProxyType({}))
     """Raw values that do harm, and what they do."""
+    when: Condition = ()
+    """The point exists only while this holds; otherwise it has no value and says so."""
+    cases: tuple[Case, ...] = ()
+    """What depends on the drive's state: the first case whose condition holds replaces encoding and
+    limits. When there are cases and none holds, the point has no value and cannot be written."""
+    select: Mapping[str, Constant] = field(default_factory=lambda: MappingProxyType({}))
+    """Points that are written before each access, as one locked sequence (indexed access)."""
+    then: str | None = None
+    """Command to run after a write, once per batch of writes."""
+    twin: str | None = None
+    """The point that holds the same value without wear."""
+    silent: bool = False
+    """The drive does not answer a write of this point."""
+    pause: float = 0.0
+    """Seconds of silence to keep after a write of this point."""
     help: str = ""
     provenance: Provenance = Provenance()
 
@@ -198,13 +231,6 @@ class Word:
     always_bits: int = 0
     pulse_mask: int = 0
     fields: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class Constant:
-    """A value that a step always writes: raw for enumerations, else in the point's unit."""
-
-    value: Fraction
 
 
 @dataclass(frozen=True, slots=True)
@@ -246,12 +272,14 @@ class Command:
 
 @dataclass(frozen=True, slots=True)
 class ErrorMeaning:
-    """What an exception code of this drive means. ``retry`` seconds: temporary, ask again after that."""
+    """What an exception code of this drive means. It is temporary if ``retry`` (ask again after so many
+    seconds) or ``retry_when`` (ask again once this holds) says so, within the request's deadline."""
 
     name: str
     help: str = ""
     retry: float | None = None
     provenance: Provenance = Provenance()
+    retry_when: Condition = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -274,10 +302,11 @@ class SerialFormat:
 @dataclass(frozen=True, slots=True)
 class CommLoss:
     """What the drive does when the line dies: after how many seconds of silence, and the name of the
-    point or setting that tells the action. None: not known."""
+    point or setting that tells the action. None: not known. It does so only while ``when`` holds."""
 
     after: float | None = None
     action: str | None = None
+    when: Condition = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -294,6 +323,10 @@ class SerialFacts:
     """Usual seconds from the end of a request to the first character of the reply."""
     reply_max: float = 1.0
     """Seconds after which there is no reply any more."""
+    pause_read: float = 0.0
+    pause_write: float = 0.0
+    pause_broadcast: float = 0.1
+    """Seconds of silence to keep after a read, a write, a broadcast, beside the gap."""
     comm_loss: CommLoss = CommLoss()
 
 
@@ -312,6 +345,8 @@ class ModbusFacts:
     """Closed address ranges that no read may touch, even with ``bridge``."""
     probe: str = ""
     """``loop_back``, or the name of the point that is the cheapest question."""
+    error_functions: tuple[int, ...] = ()
+    """Function bytes that also mean an error reply, beside function + 80H."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -325,6 +360,17 @@ class Setting:
     symbol: str | None = None
     values: Mapping[int, str] = field(default_factory=lambda: MappingProxyType({}))
     help: str = ""
+    provenance: Provenance = Provenance()
+
+
+@dataclass(frozen=True, slots=True)
+class Broadcast:
+    """What may be sent to all drives at once (unit 0): points and commands in an address space of their
+    own. Nothing is answered; ``until`` of a command is asked of every drive on the line."""
+
+    points: Mapping[str, Point]
+    words: Mapping[int, Word]
+    commands: Mapping[str, Command]
     provenance: Provenance = Provenance()
 
 
@@ -357,5 +403,6 @@ class Profile:
     commands: Mapping[str, Command]
     groups: Mapping[str, str]
     """Group name to its one-sentence help."""
+    broadcast: Broadcast | None = None
     facts: Mapping[str, Provenance] = field(default_factory=lambda: MappingProxyType({}))
     """Where the plain facts of the sections come from, by key: ``serial.reply``."""

@@ -35,9 +35,31 @@ class Rs485:
     rts: Literal["none", "send_high", "send_low"] = "none"
 
 
+@dataclass(frozen=True, slots=True)
+class Names:
+    """How one point or command is called outside: its OPC UA node (the part behind ``s=``), its browse
+    name, and the last part of its MQTT topics."""
+
+    node: str
+    browse: str
+    topic: str
+
+
+@dataclass(frozen=True, slots=True)
+class DriveNames:
+    """How a drive and what belongs to it are called outside. ``topic`` begins all topics of the drive:
+    ``plant7/fan-1``. ``points`` holds points and commands, which share one name space."""
+
+    node: str
+    browse: str
+    topic: str
+    points: Mapping[str, Names]
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DriveConfig:
-    """A drive: a profile at a unit address on a line."""
+    """A drive: a profile at a unit address on a line. ``profile`` is already specialised: what depends on
+    the drive's settings alone (shift, cases, when) is decided."""
 
     name: str
     line: str
@@ -48,6 +70,8 @@ class DriveConfig:
     settings: Mapping[str, Fraction] = field(default_factory=lambda: MappingProxyType({}))
     """Every setting of the profile that has a value here or a default."""
     control: Control = Control()
+    names: DriveNames | None = None
+    """None: by the default rule, which `gateway.mapping.naming` states."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

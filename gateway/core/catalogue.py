@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 from gateway.bridge.api import ArgumentInfo, Catalogue, CommandInfo, DriveInfo, PointInfo
 from gateway.core.drive import Drive
+from gateway.core.meaning import is_fixed
 from gateway.mapping.profile import Command, Point, Provenance
 from gateway.mapping.site import Site
 from gateway.tag import ValueType
@@ -27,6 +30,9 @@ def _drive_info(drive: Drive) -> DriveInfo:
     profile = drive.profile
     return DriveInfo(
         name=drive.name,
+        node=drive.config.names.node if drive.config.names else "",
+        browse=drive.config.names.browse if drive.config.names else "",
+        topic=drive.config.names.topic if drive.config.names else "",
         line=drive.line,
         unit=drive.unit,
         profile=profile.name,
@@ -43,6 +49,7 @@ def _point_info(drive: Drive, point: Point) -> PointInfo:
     encoding = point.encoding
     return PointInfo(
         name=point.name,
+        **_names(drive, point.name),
         group=point.group,
         kind=point.kind.value,
         type=encoding.value_type,
@@ -54,9 +61,7 @@ def _point_info(drive: Drive, point: Point) -> PointInfo:
         readable=point.access.readable,
         writable=point.access.writable and not point.by_command_only,
         role=point.role,
-        step=float(encoding.scale * drive.times(encoding))
-        if encoding.value_type is ValueType.NUMBER
-        else None,
+        step=_step(drive, point),
         register=register_text(point),
         help=point.help,
         source=_source(point.provenance),
@@ -64,9 +69,25 @@ def _point_info(drive: Drive, point: Point) -> PointInfo:
     )
 
 
+def _step(drive: Drive, point: Point) -> float | None:
+    """What one count is worth, where that is the same in every state of the drive."""
+    encoding = point.encoding
+    if encoding.value_type is not ValueType.NUMBER or not is_fixed(drive, point):
+        return None
+    times = Fraction(1) if encoding.times is None else drive.config.settings[encoding.times]
+    return float(encoding.scale * times)
+
+
+def _names(drive: Drive, name: str) -> dict[str, str]:
+    """How a point or command is called outside."""
+    names = drive.config.names.points.get(name) if drive.config.names else None
+    return {} if names is None else {"node": names.node, "browse": names.browse, "topic": names.topic}
+
+
 def _command_info(drive: Drive, command: Command) -> CommandInfo:
     return CommandInfo(
         name=command.name,
+        **_names(drive, command.name),
         args=tuple(_argument_info(drive, name, point) for name, point in command.args.items()),
         role=command.role,
         help=command.help,
@@ -88,7 +109,12 @@ def _argument_info(drive: Drive, name: str, point_name: str) -> ArgumentInfo:
 
 
 def _limits(drive: Drive, point: Point) -> tuple[float | None, float | None]:
-    limits = drive.limits(point)
+    """The range for writing, as far as it is the same in every state of the drive."""
+    known = point.limits
+    for bound in (known.low, known.high) if known else ():
+        if isinstance(bound, str) and bound not in drive.config.settings:
+            known = None
+    limits = drive.limits(point, known)
     return (None, None) if limits is None else (float(limits[0]), float(limits[1]))
 
 

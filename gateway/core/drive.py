@@ -6,9 +6,9 @@ from collections.abc import Iterable, Mapping
 from fractions import Fraction
 
 from gateway.line.interface import UnitFacts
-from gateway.mapping.profile import Encoding, Point, Table, Word
+from gateway.mapping.profile import Limits, Point, Profile, Table, Word
 from gateway.mapping.site import DriveConfig
-from gateway.modbus.encoding import Decoded, decode, insert, to_words
+from gateway.modbus.encoding import insert, to_words
 from gateway.tag import tag_of
 
 FUNCTION_LOOP_BACK = 0x08
@@ -31,38 +31,33 @@ class Drive:
         self.doubtful: set[int] = set()
         self.facts = unit_facts(config)
         self._blocks: dict[tuple[int, int], tuple[Point, ...]] = {}
+        self._depth = depths(self.profile)
 
     def tag(self, point: str) -> str:
         """The tag of a point of this drive."""
         return tag_of(self.name, point)
 
     def points_in(self, address: int, count: int) -> tuple[Point, ...]:
-        """The readable points that lie wholly within these registers."""
+        """The readable points that lie wholly within these registers, deciding points before those that
+        they decide."""
         key = (address, count)
         if key not in self._blocks:
-            self._blocks[key] = tuple(
+            inside = [
                 point
                 for point in self.profile.points.values()
                 if is_polled(point)
+                and not point.select
                 and address <= point.address
                 and point.address + point.words <= address + count
-            )
+            ]
+            self._blocks[key] = tuple(sorted(inside, key=lambda point: self._depth[point.name]))
         return self._blocks[key]
 
-    def decode(self, point: Point, address: int, words: tuple[int, ...]) -> Decoded:
-        """The value of a point in a block of registers that begins at ``address``."""
-        start = point.address - address
-        return decode(point.encoding, words[start : start + point.words], self.times(point.encoding))
-
-    def times(self, encoding: Encoding) -> Fraction:
-        """The factor that a setting gives to an encoding; 1 where there is none."""
-        return Fraction(1) if encoding.times is None else self.config.settings[encoding.times]
-
-    def limits(self, point: Point) -> tuple[Fraction, Fraction] | None:
-        """The range for writing in the point's unit: the profile's, narrowed by the site."""
+    def limits(self, point: Point, limits: Limits | None) -> tuple[Fraction, Fraction] | None:
+        """A range for writing in the point's unit: the profile's limits, narrowed by the site."""
         ranges = []
-        if point.limits is not None:
-            ranges.append((self._bound(point.limits.low), self._bound(point.limits.high)))
+        if limits is not None:
+            ranges.append((self._bound(limits.low), self._bound(limits.high)))
         if point.name in self.config.ranges:
             ranges.append(self.config.ranges[point.name])
         if not ranges:
@@ -139,6 +134,30 @@ class Drive:
 
     def _bound(self, bound: Fraction | str) -> Fraction:
         return self.config.settings[bound] if isinstance(bound, str) else bound
+
+
+def depends_on(point: Point) -> tuple[str, ...]:
+    """The points and settings whose values decide what this point means."""
+    terms = [*point.when, *(term for case in point.cases for term in case.when)]
+    names = [term.name for term in terms]
+    for encoding, limits in ((point.encoding, point.limits), *((c.encoding, c.limits) for c in point.cases)):
+        bounds = (limits.low, limits.high) if limits else ()
+        names += [name for name in (encoding.times, *bounds) if isinstance(name, str)]
+    return tuple(dict.fromkeys(names))
+
+
+def depths(profile: Profile) -> dict[str, int]:
+    """How many points stand between each point and those that depend on nothing (no circles: loader)."""
+    known: dict[str, int] = {}
+
+    def depth(name: str) -> int:
+        if name not in profile.points:
+            return -1
+        if name not in known:
+            known[name] = 1 + max((depth(other) for other in depends_on(profile.points[name])), default=-1)
+        return known[name]
+
+    return {name: depth(name) for name in profile.points}
 
 
 def rest_of(word: Word, value: int) -> int:

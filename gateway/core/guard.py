@@ -9,11 +9,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from fractions import Fraction
 
 from gateway.core.drive import Drive
-from gateway.mapping.profile import Argument, Command, Constant, Encoding, Kind, Point
-from gateway.modbus.encoding import EncodingError, decode, encode, to_words
+from gateway.core.meaning import Meaning, is_fixed, meaning_of
+from gateway.core.store import Store
+from gateway.mapping.profile import Command, Encoding, Kind, Limits, Point
+from gateway.modbus.encoding import EncodingError, decode, encode, insert, to_words
 from gateway.tag import Cause, Origin, Outcome, Role, Value, ValueType, Verdict
 
 MESSAGE_LIMIT = 10**300
@@ -73,8 +76,10 @@ def check_point(drive: Drive, name: str) -> Point:
     return point
 
 
-def check_command(drive: Drive, name: str, args: Mapping[str, Value]) -> tuple[Command, dict[str, Fraction]]:
-    """The command of that name, with its arguments checked as values of their points.
+def check_command(
+    drive: Drive, store: Store, name: str, args: Mapping[str, Value]
+) -> tuple[Command, dict[str, Fraction]]:
+    """The command of that name, with its arguments checked as far as that needs no look at the drive.
 
     Raises:
         Ended: if there is no such command, or an argument is missing, unknown or wrong.
@@ -89,30 +94,22 @@ def check_command(drive: Drive, name: str, args: Mapping[str, Value]) -> tuple[C
     numbers = {}
     for argument, point_name in command.args.items():
         point = drive.profile.points[point_name]
-        number = engineering(point.encoding, argument, args[argument])
-        raw_value(drive, point, number, argument)
-        numbers[argument] = number
+        numbers[argument] = check_value(drive, store, point, args[argument], argument)
     return command, numbers
 
 
-def step_values(
-    drive: Drive, write: Mapping[str, Constant | Argument], args: Mapping[str, Fraction]
-) -> dict[str, int]:
-    """Raw value of every point that a step writes.
+def check_value(drive: Drive, store: Store, point: Point, value: Value, name: str) -> Fraction:
+    """The exact number of a client's value, checked as far as that needs no look at the drive.
 
     Raises:
-        Ended: if a value does not fit its point.
+        Ended: if it is of the wrong type or out of range.
     """
-    raws = {}
-    for name, value in write.items():
-        point = drive.profile.points[name]
-        match value:
-            case Constant():
-                raws[name] = encode(point.encoding, value.value, drive.times(point.encoding))
-            case Argument():
-                number = -args[value.name] if value.negate else args[value.name]
-                raws[name] = raw_value(drive, point, number, value.name, signed=value.negate)
-    return raws
+    number = engineering(point.encoding, name, value)
+    if is_fixed(drive, point):
+        meaning = meaning_of(drive, store, replace(point, when=()))
+        if isinstance(meaning, Meaning):
+            raw_value(drive, point, meaning, number, name)
+    return number
 
 
 def engineering(encoding: Encoding, name: str, value: Value) -> Fraction:
@@ -152,42 +149,43 @@ def _enumerated(encoding: Encoding, name: str, value: Value) -> int:
     raise refuse(Cause.OUT_OF_RANGE, f"{name} has no value {value!r} (it has {names})")
 
 
-def raw_value(drive: Drive, point: Point, number: Fraction, name: str, signed: bool = False) -> int:
+def raw_value(
+    drive: Drive, point: Point, meaning: Meaning, number: Fraction, name: str, negated: bool = False
+) -> int:
     """T2: the raw value of a number, after the range was checked in the unit and again in raw counts.
 
-    ``signed``: the caller has turned the sign, so the limits hold for the magnitude.
+    ``negated``: the profile turns the caller's sign, so the limits hold for the number before that.
 
     Raises:
         Ended: if it is out of range, does not fit the register, or does harm.
     """
-    unit = point.encoding.symbol or ""
-    limits = drive.limits(point)
-    if limits is not None:
-        _check_range(name, -number if signed else number, limits, unit)
-    times = drive.times(point.encoding)
+    sign = -1 if negated else 1
+    check_range(drive, point, meaning.limits, sign * number, name)
+    encoding = meaning.encoding
     try:
-        raw = encode(point.encoding, number, times)
+        raw = encode(encoding, number, meaning.times)
     except EncodingError as error:
         raise refuse(Cause.OUT_OF_RANGE, f"{name}: {error}") from error
-    if limits is not None and not point.encoding.values:
-        rounded = decode(point.encoding, _whole(point, raw), times).value
-        if isinstance(rounded, (int, float)) and not isinstance(rounded, bool):
-            back = Fraction(str(rounded))
-            _check_range(f"{name} after rounding", -back if signed else back, limits, unit)
+    words = (insert(encoding, raw, 0),) if encoding.width else to_words(encoding, raw)
+    rounded = decode(encoding, words, meaning.times).value
+    if not encoding.values and isinstance(rounded, (int, float)) and not isinstance(rounded, bool):
+        check_range(drive, point, meaning.limits, sign * Fraction(str(rounded)), f"{name} after rounding")
     if raw in point.danger:
         raise refuse(Cause.DANGER, f"{name}: {point.danger[raw]}; this cannot be written from here")
     return raw
 
 
-def _whole(point: Point, raw: int) -> tuple[int, ...]:
-    return (raw << point.encoding.bit,) if point.encoding.width else to_words(point.encoding, raw)
+def check_range(drive: Drive, point: Point, limits: Limits | None, number: Fraction, name: str) -> None:
+    """The number must lie within the profile's limits, narrowed by the site.
 
-
-def _check_range(name: str, number: Fraction, limits: tuple[Fraction, Fraction], unit: str) -> None:
-    low, high = limits
-    if not low <= number <= high:
-        span = f"{float(low):g}..{float(high):g} {unit}".rstrip()
-        raise refuse(Cause.OUT_OF_RANGE, f"{name} = {_shown(number)} is outside {span}")
+    Raises:
+        Ended: if it does not.
+    """
+    span = drive.limits(point, limits)
+    if span is not None and not span[0] <= number <= span[1]:
+        unit = point.encoding.symbol or ""
+        text = f"{float(span[0]):g}..{float(span[1]):g} {unit}".rstrip()
+        raise refuse(Cause.OUT_OF_RANGE, f"{name} = {_shown(number)} is outside {text}")
 
 
 def _shown(number: Fraction) -> str:

@@ -6,14 +6,15 @@ with quality, time and promised age.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from gateway.core.demands import Demands
-from gateway.core.drive import Drive, is_polled
+from gateway.core.drive import Drive, depends_on, is_polled
+from gateway.core.meaning import Meaningless, meaning_of
 from gateway.core.store import STALE_PERIODS, Store
 from gateway.line.interface import BlockFailed, BlockRead, Plan, Refused, Want
 from gateway.mapping.profile import Point
-from gateway.modbus.encoding import Decoded
+from gateway.modbus.encoding import decode
 from gateway.tag import Instant, Quality, Sample, split_tag
 
 FASTEST = 0.01
@@ -46,15 +47,23 @@ class Polling:
 
     def wants(self, line: str) -> list[Want]:
         """What a line has to read for the present demands."""
-        wants = []
-        for tag, period in self.demands.tags():
-            found = self.point(tag)
-            if found is not None and found[0].line == line:
-                drive, point = found
-                wants.append(
-                    Want(drive.unit, point.address, point.words, max(period, FASTEST), self._rank(period))
-                )
-        return wants
+        return [
+            Want(drive.unit, point.address, point.words, max(period, FASTEST), self._rank(period))
+            for tag, period in self.demands.tags()
+            for drive, point, period in self._with_deciders(tag, period)
+            if drive.line == line and not point.select
+        ]
+
+    def _with_deciders(self, tag: str, period: float) -> Iterator[tuple[Drive, Point, float]]:
+        """A wanted point, and the points that decide what it means: as often, but no more than normal."""
+        found = self.point(tag)
+        if found is None:
+            return
+        drive, point = found
+        yield drive, point, period
+        for name in depends_on(point):
+            if name not in drive.config.settings:
+                yield from self._with_deciders(drive.tag(name), max(period, self._rates["normal"]))
 
     def _rank(self, period: float) -> int:
         """0 for periods of the fast class, which stretch last; 1 for normal, 2 for slower ones."""
@@ -82,18 +91,30 @@ class Polling:
         return promise[0] if promise else None
 
     def read(self, drive: Drive, block: BlockRead, now: Instant) -> None:
-        """Registers were read: decode the points in them."""
+        """Registers were read: decode the points in them, those that others lean on first."""
         time = wall_of(block.at, now)
         samples = []
         for point in drive.points_in(block.address, len(block.words)):
-            sample = self._sample(drive, point, drive.decode(point, block.address, block.words), time)
+            start = point.address - block.address
+            sample = self._sample(drive, point, block.words[start : start + point.words], time)
             self.store.put(sample, block.at)
             samples.append(sample)
         self._publish(samples)
 
-    def _sample(self, drive: Drive, point: Point, decoded: Decoded, time: int) -> Sample:
+    def take(self, drive: Drive, point: Point, words: Sequence[int], at: float, now: Instant) -> Sample:
+        """One point's registers were read by themselves."""
+        sample = self._sample(drive, point, words, wall_of(at, now))
+        self.store.put(sample, at)
+        self._publish([sample])
+        return sample
+
+    def _sample(self, drive: Drive, point: Point, words: Sequence[int], time: int) -> Sample:
         tag = drive.tag(point.name)
         age = self._promised.get(tag, (0.0, 0.0))[1]
+        meaning = meaning_of(drive, self.store, point)
+        if isinstance(meaning, Meaningless):
+            return Sample(tag, None, meaning.quality, time, age, None, meaning.reason)
+        decoded = decode(meaning.encoding, words, meaning.times)
         if decoded.special is not None or decoded.value is None:
             reason = decoded.special or "cannot be decoded"
             return Sample(tag, None, Quality.INVALID, time, age, decoded.special, reason)

@@ -29,6 +29,8 @@ class Ask:
     deadline: float | None
     urgent: bool = False
     setpoint: str | None = None
+    then: str | None = None
+    """Command to run after a batch of writes that all name it."""
     wanted: Any = field(default=None, hash=False)
 
 
@@ -87,7 +89,12 @@ class Prove:
     until: float
 
 
-Effect = Lane | Leave | Exchange | Note | Pause | Prove
+@dataclass(frozen=True, slots=True)
+class IsLast:
+    """Is there nobody behind this one in the drive's lane who names the same `Ask.then`?"""
+
+
+Effect = Lane | Leave | Exchange | Note | Pause | Prove | IsLast
 Procedure = Generator[Effect, Any, Outcome]
 
 

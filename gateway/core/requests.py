@@ -6,6 +6,7 @@ and in the end the same outcome for the client, for its duplicates and for the j
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -20,9 +21,8 @@ from gateway.core.guard import (
     check_command,
     check_point,
     check_rights,
-    engineering,
+    check_value,
     is_setpoint,
-    raw_value,
     refuse,
 )
 from gateway.core.lines import Lines
@@ -90,11 +90,11 @@ class Writes:
             drive = self._drive(drive_name, Cause.UNKNOWN_TAG)
             point = check_point(drive, point_name)
             self._check_rights(session, point.role, request.origin)
-            number = engineering(point.encoding, point_name, request.value)
-            raw = raw_value(drive, point, number, point_name)
+            number = check_value(drive, self._polling.store, point, request.value, point_name)
             setpoint = request.target if is_setpoint(point) else None
             ask = self._ask(drive, request.target, request, now, setpoint=setpoint, wanted=request.value)
-            return ask, write_point(ask, self._polling.store, point, raw)
+            ask = dataclasses.replace(ask, then=point.then)
+            return ask, write_point(ask, self._polling.store, point, number)
 
         self._begin(session, request, prepare, now)
 
@@ -103,7 +103,7 @@ class Writes:
 
         def prepare() -> tuple[Ask, Procedure]:
             drive = self._drive(request.drive, Cause.UNKNOWN_COMMAND)
-            command, args = check_command(drive, request.name, request.args)
+            command, args = check_command(drive, self._polling.store, request.name, request.args)
             self._check_rights(session, command.role, request.origin)
             what = f"{drive.name}.{command.name}"
             ask = self._ask(drive, what, request, now, urgent=command.urgent, wanted=dict(request.args))

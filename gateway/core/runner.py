@@ -13,7 +13,19 @@ from typing import Any, Protocol
 
 from gateway.core.conditions import contradicted, proved
 from gateway.core.guard import Ended
-from gateway.core.procedure import Ask, Effect, Exchange, Finished, Lane, Leave, Note, Pause, Procedure, Prove
+from gateway.core.procedure import (
+    Ask,
+    Effect,
+    Exchange,
+    Finished,
+    IsLast,
+    Lane,
+    Leave,
+    Note,
+    Pause,
+    Procedure,
+    Prove,
+)
 from gateway.core.store import Store
 from gateway.line.interface import Job, Result, Write
 from gateway.mapping.profile import Condition
@@ -158,6 +170,8 @@ class Runner:
             case Leave():
                 self._leave(running, now)
                 return False, None
+            case IsLast():
+                return False, self._is_last(running)
             case Exchange():
                 self._exchange(running, effect)
             case Note():
@@ -174,6 +188,11 @@ class Runner:
                     _name(running), dict.fromkeys(_tags(running, effect.condition), PROOF_PERIOD)
                 )
         return True, None
+
+    def _is_last(self, running: Running) -> bool:
+        lane = self._lanes.get(running.ask.drive.name, ())
+        others = (self._running[number].ask for number in lane if number != running.ask.number)
+        return not any(other.then == running.ask.then for other in others)
 
     def _exchange(self, running: Running, effect: Exchange) -> None:
         running.job = self._services.new_job()

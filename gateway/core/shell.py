@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import dataclasses
 import time
 from collections.abc import Callable, Mapping
@@ -167,10 +168,8 @@ class Shell:
 
     def _recorded(self, number: int, problem: str) -> None:
         """Called from the journal's thread."""
-        try:
+        with contextlib.suppress(RuntimeError):  # the loop is closed: nobody waits any more
             self._loop.call_soon_threadsafe(self.feed, Recorded(number, problem))
-        except RuntimeError:  # the loop is closed: nobody waits any more
-            pass
 
     # -- ports
 

@@ -1,0 +1,123 @@
+"""What proves a write: the written registers read back, or the step's own condition. Pure.
+
+Each function is a part of a procedure.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Sequence
+from typing import Any
+
+from gateway.core.conditions import holds, shown_as
+from gateway.core.drive import Drive
+from gateway.core.procedure import (
+    Ask,
+    Effect,
+    Pause,
+    Prove,
+    exchange,
+)
+from gateway.core.saying import explain
+from gateway.core.sending import Sent
+from gateway.core.store import Store
+from gateway.line.interface import Answered, Priority, Read, Silent
+from gateway.mapping.profile import Point, Step, Term
+from gateway.modbus.encoding import extract
+from gateway.tag import Cause, Outcome, Quality, Value, Verdict
+
+READ_BACK_SECONDS = 1.0
+"""Time that a drive has to show a written value where the profile states no other."""
+
+LOST_REPLY_SECONDS = 3.0
+"""Time within which a read-back has to tell what became of a write whose reply was lost."""
+
+READ_BACK_PAUSE = 0.05
+LATEST_READ_SECONDS = 5.0
+
+
+def read_back(
+    ask: Ask, store: Store, sent: Sent, points: Sequence[Point], within: float
+) -> Generator[Effect, Any, Outcome]:
+    """Read the written registers until they show what was written, at most ``within`` seconds."""
+    if not all(point.access.readable for point in points):
+        return _by_reply(sent)
+    request = Read(ask.drive.unit, sent.address, sent.count)
+    until = sent.at + (within if sent.answered else max(within, LOST_REPLY_SECONDS))
+    while True:
+        finished = yield from exchange(request, Priority.COMMAND, until + LATEST_READ_SECONDS)
+        match finished.result:
+            case Answered():
+                wrong = _differing(ask.drive, sent, points, finished.result.words)
+                if wrong is None:
+                    return _confirmed(ask, store, sent, points)
+                if finished.at >= until:
+                    return _not_shown(ask, store, wrong)
+            case Silent() if finished.at < until:
+                pass
+            case _:
+                reason = f"sent, but the read-back failed: {explain(ask.drive, finished)}"
+                return Outcome(verdict=Verdict.UNKNOWN, cause=Cause.NO_ANSWER, reason=reason)
+        yield Pause(READ_BACK_PAUSE)
+
+
+def _differing(drive: Drive, sent: Sent, points: Sequence[Point], words: Sequence[int]) -> Point | None:
+    for point in points:
+        start = point.address - sent.address
+        if extract(point.encoding, words[start : start + point.words]) != sent.raws[point.name]:
+            return point
+    return None
+
+
+def _by_reply(sent: Sent) -> Outcome:
+    if sent.answered:
+        return Outcome(verdict=Verdict.CONFIRMED, reason="write-only: the drive's reply is the proof")
+    return Outcome(verdict=Verdict.UNKNOWN, cause=Cause.NO_ANSWER, reason="the drive did not answer")
+
+
+def _confirmed(ask: Ask, store: Store, sent: Sent, points: Sequence[Point]) -> Outcome:
+    reason = "" if sent.answered else "the reply was lost; read back"
+    return Outcome(verdict=Verdict.CONFIRMED, reason=reason, value=value_shown(ask, store, points))
+
+
+def value_shown(ask: Ask, store: Store, points: Sequence[Point]) -> Value:
+    held = store.get(ask.drive.tag(points[0].name)) if len(points) == 1 else None
+    return held.sample.value if held else None
+
+
+def _not_shown(ask: Ask, store: Store, point: Point) -> Outcome:
+    held = store.get(ask.drive.tag(point.name))
+    shows = shown_as(held.sample) if held else "another value"
+    return Outcome(
+        verdict=Verdict.FAILED,
+        cause=Cause.NOT_PROVED,
+        reason=f"the drive answered, but {point.name} shows {shows}",
+        value=held.sample.value if held else None,
+    )
+
+
+def prove(
+    ask: Ask, store: Store, step: Step, sent: Sent, outcome: Outcome
+) -> Generator[Effect, Any, Outcome]:
+    """Watch for the step's own proof. A command whose reply was lost may still be proved by it."""
+    proved = yield Prove(step.until, sent.at, sent.at + step.within)
+    if proved:
+        return outcome
+    missing = [term for term in step.until if not _shows(ask, store, term, sent.at)]
+    seen = [_seen(ask, store, term, sent.at) for term in missing]
+    if None in seen or not sent.answered:
+        reason = f"sent, but the drive did not show {missing[0].text} within {step.within:g} s"
+        return Outcome(verdict=Verdict.UNKNOWN, cause=Cause.NO_ANSWER, reason=reason)
+    reason = f"after {step.within:g} s the drive still shows {'; '.join(str(text) for text in seen)}"
+    return Outcome(verdict=Verdict.FAILED, cause=Cause.NOT_PROVED, reason=reason)
+
+
+def _shows(ask: Ask, store: Store, term: Term, since: float) -> bool:
+    held = store.get(ask.drive.tag(term.name))
+    return held is not None and held.at > since and holds(term, held.sample.value)
+
+
+def _seen(ask: Ask, store: Store, term: Term, since: float) -> str | None:
+    held = store.get(ask.drive.tag(term.name))
+    if held is None or held.at <= since or held.sample.quality is not Quality.GOOD:
+        return None
+    return f"{term.name}: {shown_as(held.sample)}"

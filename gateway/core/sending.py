@@ -1,0 +1,158 @@
+"""One frame of a write: composed, noted in the journal and flushed, sent once. Pure.
+
+What was sent and not answered is never sent again blindly; only a stop is repeated, since stopping twice
+is stopping (safety.md H5, H20). Each function is a part of a procedure.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from gateway.core.drive import Drive
+from gateway.core.guard import Ended, refuse
+from gateway.core.procedure import (
+    Ask,
+    Effect,
+    Finished,
+    Pause,
+    Prove,
+    exchange,
+    note,
+)
+from gateway.core.saying import ended, intent
+from gateway.core.store import Store
+from gateway.line.interface import Answered, Priority, Read, Refused, Silent, Unsent, Write
+from gateway.mapping.profile import Condition, Point
+from gateway.modbus.encoding import encode
+from gateway.tag import Cause, Verdict
+
+STEP_SECONDS = 5.0
+"""Time that each frame after the first one has to get onto the wire."""
+
+STOP_ATTEMPTS = 20
+
+
+@dataclass(frozen=True, slots=True)
+class Sent:
+    """A frame that went out: its raw values, when it was answered, and whether it was."""
+
+    raws: Mapping[str, int]
+    address: int
+    count: int
+    at: float
+    answered: bool
+
+
+def transmit(
+    ask: Ask, store: Store, raws: Mapping[str, int], deadline: float | None, condition: Condition = ()
+) -> Generator[Effect, Any, Sent]:
+    """Compose one frame, note it, send it once (a stop: until it is answered).
+
+    Raises:
+        Ended: if it was not sent, or the drive refused it.
+    """
+    drive = ask.drive
+    fresh = yield from _read_words(ask, [drive.profile.points[name] for name in raws], deadline)
+    address, words = drive.compose(raws, fresh)
+    problem = yield from note(intent(ask, address, words), wait=not ask.urgent)
+    if problem and not ask.urgent:
+        raise refuse(Cause.JOURNAL, f"nothing is written while the journal cannot be: {problem}")
+    request = frame_of(drive, address, words, [drive.profile.points[name] for name in raws])
+    before = drive.commanding(address, words)
+    finished = yield from send(ask, store, request, deadline, condition)
+    if isinstance(finished.result, (Refused, Unsent)):
+        drive.refused(address, len(words), before)
+        raise ended(drive, finished)
+    answered = isinstance(finished.result, Answered)
+    if answered:
+        drive.answered(address, len(words))
+    return Sent(raws, address, len(words), finished.at, answered)
+
+
+def frame_of(drive: Drive, address: int, words: tuple[int, ...], points: Sequence[Point]) -> Write:
+    """The write of these words, with the silence that its points need afterwards."""
+    silent = any(point.silent for point in points)
+    return Write(drive.unit, address, words, silent, max(point.pause for point in points))
+
+
+def send(
+    ask: Ask, store: Store, request: Write, deadline: float | None, condition: Condition
+) -> Generator[Effect, Any, Finished]:
+    """Send a frame once. A refusal that is temporary is asked again while the deadline lasts, since it
+    changed nothing; a stop is repeated until it is answered."""
+    if ask.urgent:
+        finished = yield from exchange(request, Priority.STOP, None)
+        for _ in range(STOP_ATTEMPTS):
+            if not isinstance(finished.result, Silent):
+                break
+            finished = yield from exchange(request, Priority.STOP, None)
+        return finished
+    while True:
+        finished = yield from exchange(request, Priority.COMMAND, deadline, condition)
+        if deadline is None or not (yield from may_repeat(ask.drive, finished, deadline)):
+            return finished
+
+
+def may_repeat(drive: Drive, finished: Finished, deadline: float) -> Generator[Effect, Any, bool]:
+    """After a refusal: wait as the profile's error table says, if it calls the error temporary."""
+    meaning = drive.profile.errors.get(finished.result.code) if isinstance(finished.result, Refused) else None
+    if meaning is None:
+        return False
+    if meaning.retry is not None and finished.at + meaning.retry < deadline:
+        yield Pause(meaning.retry)
+        return True
+    if meaning.retry_when and finished.at < deadline:
+        held: bool = yield Prove(meaning.retry_when, finished.at, deadline)
+        return held
+    return False
+
+
+def _read_words(
+    ask: Ask, points: Sequence[Point], deadline: float | None
+) -> Generator[Effect, Any, dict[int, int]]:
+    """The words whose other bits must stay as they are. A stop waits for none of them."""
+    fresh: dict[int, int] = {}
+    if ask.urgent:
+        return fresh
+    for address in ask.drive.unknown_words(points):
+        finished = yield from exchange(Read(ask.drive.unit, address, 1), Priority.COMMAND, deadline)
+        if not isinstance(finished.result, Answered):
+            raise ended(ask.drive, finished, f"register {address:04X}H could not be read first: ")
+        fresh[address] = finished.result.words[0]
+    return fresh
+
+
+def end_pulse(ask: Ask, store: Store, sent: Sent, pulses: Sequence[Point]) -> Generator[Effect, Any, None]:
+    """Hold the pulse for its time, then write the word without it.
+
+    Raises:
+        Ended: if the pulse could not be taken back.
+    """
+    yield Pause(max(point.pulse for point in pulses))
+    for attempt in range(STOP_ATTEMPTS):
+        deadline = sent.at + STEP_SECONDS + attempt
+        over = yield from transmit(ask, store, {point.name: 0 for point in pulses}, deadline)
+        if over.answered:
+            break
+    if not sent.answered:
+        raise Ended(
+            Verdict.UNKNOWN, Cause.NO_ANSWER, "the drive did not answer the pulse; it is not repeated"
+        )
+
+
+def select(ask: Ask, point: Point) -> Generator[Effect, Any, None]:
+    """Write the selectors of an indexed point, in the order of the profile.
+
+    Raises:
+        Ended: if a selector could not be written.
+    """
+    for name, value in point.select.items():
+        selector = ask.drive.profile.points[name]
+        raw = encode(selector.encoding, value.value)
+        address, words = ask.drive.compose({name: raw}, {})
+        request = Write(ask.drive.unit, address, words)
+        finished = yield from exchange(request, Priority.COMMAND, ask.deadline)
+        if not isinstance(finished.result, Answered):
+            raise ended(ask.drive, finished, f"{name} could not be selected: ")

@@ -31,6 +31,7 @@ from gateway.mapping.scalars import (
     WholeSpan,
 )
 from gateway.mapping.shape import Entry, Shape
+from gateway.mapping.simulate import RawSimulate
 
 T = TypeVar("T")
 
@@ -285,3 +286,4 @@ class RawProfile(Shape):
     groups: dict[str, Group] = Field(min_length=1)
     commands: Commands = Commands()
     broadcast: Later = None
+    simulate: RawSimulate | None = None

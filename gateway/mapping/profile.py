@@ -14,6 +14,7 @@ from fractions import Fraction
 from types import MappingProxyType
 from typing import Literal
 
+from gateway.mapping.twin import Simulate
 from gateway.tag import Role, ValueType
 
 
@@ -406,3 +407,5 @@ class Profile:
     broadcast: Broadcast | None = None
     facts: Mapping[str, Provenance] = field(default_factory=lambda: MappingProxyType({}))
     """Where the plain facts of the sections come from, by key: ``serial.reply``."""
+    simulate: Simulate | None = None
+    """Assumptions for the simulated twin; only the simulator looks at them."""

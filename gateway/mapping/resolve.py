@@ -18,6 +18,7 @@ from gateway.mapping.node import Path
 from gateway.mapping.notation import Notations
 from gateway.mapping.points import PointMaker
 from gateway.mapping.profile import Command, Document, Kind, Point, Profile, Setting
+from gateway.mapping.twins import TwinMaker
 from gateway.mapping.values import Conditions
 
 
@@ -56,6 +57,7 @@ class _Resolver:
         modbus = facts.modbus_facts(raw.modbus, self.notations, self.report)
         modbus = replace(modbus, probe=raw.modbus.probe.value if raw.modbus.probe else default_probe(points))
         maker = CommandMaker(points, modbus, conditions, self.sources, self.report)
+        twins = TwinMaker(points, settings, self.notations, conditions, self.report)
         profile = Profile(
             name=raw.profile,
             title=raw.title,
@@ -72,6 +74,7 @@ class _Resolver:
             commands=MappingProxyType(self.commands(maker)),
             groups=MappingProxyType({name: group.help or "" for name, group in raw.groups.items()}),
             facts=facts.facts_with_provenance(raw, self.sources),
+            simulate=twins.make(raw.simulate),
         )
         self.one_name_space(layout)
         return Resolved(profile, layout, conditions)

@@ -52,6 +52,7 @@ from gateway.core.lines import Lines
 from gateway.core.polling import Polling
 from gateway.core.reads import Reads
 from gateway.core.requests import Writes
+from gateway.core.selected import SelectedReads
 from gateway.core.watch import Watchkeeper
 from gateway.line import interface as line_does
 from gateway.mapping.site import Site
@@ -77,7 +78,6 @@ class Core:
         self.lines = Lines(site, self.drives, self._admits)
         self.polling = Polling(self.drives, dict(site.rates), self._publish)
         self.clients = Clients(self.polling.demands, self._tell)
-        self._reads = Reads(self.polling, self._read)
         self._writes = Writes(
             site.writes_enabled,
             self.drives,
@@ -87,6 +87,12 @@ class Core:
             self._record,
             self._replan,
         )
+        self._selected = SelectedReads(
+            self.polling,
+            site.writes_enabled,
+            lambda drive, make, deadline: self._writes.start_quietly(drive, make, deadline, self._now),
+        )
+        self._reads = Reads(self.polling, self._read, self._selected.read)
         self._watchkeeper = Watchkeeper(self.drives, dict(site.rates), self.polling, self.clients)
         self._health = Wellbeing(site.lines, self.lines, self.clients, self._watchkeeper)
         self._last_record = 0
@@ -96,6 +102,7 @@ class Core:
     def step(self, event: Event, now: Instant) -> list[Action]:
         """Take in one event and return what is to be done, in order."""
         self._now = now
+        self._selected.moment(now)
         self._handle(event)
         self._settle()
         actions, self._actions = self._actions, []
@@ -103,7 +110,7 @@ class Core:
 
     def wake(self) -> float | None:
         """When a `Ticked` is next needed (monotonic)."""
-        times = [self.lines.wake(), self._writes.wake(), self.polling.next_check()]
+        times = [self.lines.wake(), self._writes.wake(), self._selected.wake(), self.polling.next_check()]
         return min((time for time in times if time is not None), default=None)
 
     # -- events
@@ -115,6 +122,7 @@ class Core:
             case Ticked():
                 self.lines.tick(self._now.mono)
                 self._writes.tick(self._now)
+                self._selected.tick(self._now)
                 self.polling.check_ages(self._now)
             case PortOpened() | PortLost():
                 self._port(event)
@@ -236,6 +244,7 @@ class Core:
 
     def _replan(self) -> None:
         """Tell every line what is wanted now."""
+        self._selected.changed()
         for line in self.lines.names:
             self.lines.demand(line, self.polling.wants(line), self._now.mono)
 

@@ -29,6 +29,8 @@ class Drive:
         self.profile = config.profile
         self.image: dict[int, int] = {}
         self.doubtful: set[int] = set()
+        self.selection: dict[str, int] = {}
+        """Selectors and the raw values that they hold, as far as that is known."""
         self.facts = unit_facts(config)
         self._blocks: dict[tuple[int, int], tuple[Point, ...]] = {}
         self._depth = depths(self.profile)
@@ -109,6 +111,9 @@ class Drive:
     def commanding(self, address: int, words: tuple[int, ...]) -> dict[int, int]:
         """Note words that are about to be sent; returns the image as it was, for `refused`."""
         before = dict(self.image)
+        for name in list(self.selection):
+            if address <= self.profile.points[name].address < address + len(words):
+                del self.selection[name]
         for at, word in enumerate(self.settled(address, words), address):
             if at in self.profile.words and self.profile.words[at].image:
                 self.image[at] = word
@@ -131,6 +136,7 @@ class Drive:
         """Nothing is known of the drive's words any more: it may have been restarted."""
         self.image.clear()
         self.doubtful.clear()
+        self.selection.clear()
 
     def _bound(self, bound: Fraction | str) -> Fraction:
         return self.config.settings[bound] if isinstance(bound, str) else bound

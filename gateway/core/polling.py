@@ -85,6 +85,17 @@ class Polling:
                 changed[tag] = promise[0]
         return changed
 
+    def promise(self, tag: str, period: float, age: float) -> None:
+        """Promise a period and an age (seconds) for a tag that is read outside the plan."""
+        self._promised[tag] = (period, age)
+
+    def tell(self, sample: Sample, at: float) -> None:
+        """Keep and publish a sample that came from elsewhere, unless it says what is known already."""
+        held = self.store.get(sample.tag)
+        if held is None or (held.sample.quality, held.sample.reason) != (sample.quality, sample.reason):
+            self.store.put(sample, at)
+            self._publish([sample])
+
     def period(self, tag: str) -> float | None:
         """The period in seconds at which a tag is read."""
         promise = self._promised.get(tag)

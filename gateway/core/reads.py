@@ -15,6 +15,7 @@ READ_SECONDS = 5.0
 """Time that a read on request may wait for the line."""
 
 AskLine = Callable[[str, Read, float], int]
+ReadSelected = Callable[[str, Instant, Callable[[Sample], None]], None]
 Reply = Callable[[tuple[Sample, ...]], None]
 
 
@@ -26,14 +27,17 @@ class Pending:
     reply: Reply
     jobs: set[int] = field(default_factory=set)
     bad: dict[str, Sample] = field(default_factory=dict)
+    starting: bool = True
 
 
 class Reads:
     """All reads on request that are under way."""
 
-    def __init__(self, polling: Polling, ask_line: AskLine) -> None:
+    def __init__(self, polling: Polling, ask_line: AskLine, read_selected: ReadSelected) -> None:
         self._polling = polling
         self._ask_line = ask_line
+        self._read_selected = read_selected
+        self._last_selected = 0
         self._pending: list[Pending] = []
         self._jobs: dict[int, tuple[Pending, tuple[str, ...]]] = {}
 
@@ -46,10 +50,15 @@ class Reads:
             if found is None:
                 reason = "no such tag, or it cannot be read"
                 pending.bad[tag] = Sample(tag, None, Quality.CONFIGURATION, now.wall, 0.0, None, reason)
-            elif not self._young(tag, max_age, now):
+            elif self._young(tag, max_age, now):
+                continue
+            elif found[1].select:
+                self._ask_selected(pending, tag, now)
+            else:
                 wanted.setdefault(found[0].name, (found[0], []))[1].append(found[1])
         for drive, points in wanted.values():
             self._ask(pending, drive, points, now)
+        pending.starting = False
         self._answer_if_complete(pending, now)
 
     def job_done(self, job: int, result: Result, at: float, now: Instant) -> None:
@@ -73,6 +82,20 @@ class Reads:
             inside = tuple(drive.tag(p.name) for p in points if address <= p.address < address + count)
             self._jobs[job] = (pending, inside)
             pending.jobs.add(job)
+
+    def _ask_selected(self, pending: Pending, tag: str, now: Instant) -> None:
+        self._last_selected -= 1
+        turn = self._last_selected
+        pending.jobs.add(turn)
+
+        def done(sample: Sample) -> None:
+            if sample.quality is not Quality.GOOD:
+                pending.bad[tag] = sample
+            pending.jobs.discard(turn)
+            if not pending.starting:
+                self._answer_if_complete(pending, now)
+
+        self._read_selected(tag, now, done)
 
     def _answer_if_complete(self, pending: Pending, now: Instant) -> None:
         if not pending.jobs:

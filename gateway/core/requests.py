@@ -37,6 +37,9 @@ from gateway.tag import Cause, Instant, Origin, Outcome, Role, Verdict, split_ta
 MAX_UNDER_WAY = 1000
 """Writes under way at once; more are refused (D2 of ``docs/safety.md``). Stops always pass."""
 
+OWN = Origin(through="core", who="core", role=Role.ADMIN)
+"""The core itself, reading what needs a selector."""
+
 
 @dataclass(slots=True)
 class Pending:
@@ -110,6 +113,15 @@ class Writes:
             return ask, run_command(ask, self._polling.store, command, args)
 
         self._begin(session, request, prepare, now)
+
+    def start_quietly(
+        self, drive: Drive, make: Callable[[Ask], Procedure], deadline: float, now: Instant
+    ) -> None:
+        """Run a procedure that nobody waits for and that is no command of anybody."""
+        self._now = now
+        self._last += 1
+        ask = Ask(self._last, drive, "", OWN, now, deadline)
+        self._runner.start(ask, make(ask), now.mono)
 
     def _begin(
         self,
@@ -193,6 +205,8 @@ class Writes:
 
     def finish(self, ask: Ask, outcome: Outcome, sent: float | None) -> None:
         """A procedure ended (`Services`)."""
+        if ask.number not in self._pending:
+            return
         stamped = msgspec.structs.replace(
             outcome,
             asked=ask.asked.wall,

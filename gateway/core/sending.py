@@ -143,16 +143,20 @@ def end_pulse(ask: Ask, store: Store, sent: Sent, pulses: Sequence[Point]) -> Ge
 
 
 def select(ask: Ask, point: Point) -> Generator[Effect, Any, None]:
-    """Write the selectors of an indexed point, in the order of the profile.
+    """Write the selectors of an indexed point, in the order of the profile, unless they stand so already.
 
     Raises:
         Ended: if a selector could not be written.
     """
+    drive = ask.drive
     for name, value in point.select.items():
-        selector = ask.drive.profile.points[name]
+        selector = drive.profile.points[name]
         raw = encode(selector.encoding, value.value)
-        address, words = ask.drive.compose({name: raw}, {})
-        request = Write(ask.drive.unit, address, words)
-        finished = yield from exchange(request, Priority.COMMAND, ask.deadline)
+        if drive.selection.get(name) == raw:
+            continue
+        address, words = drive.compose({name: raw}, {})
+        drive.selection.pop(name, None)
+        finished = yield from exchange(Write(drive.unit, address, words), Priority.COMMAND, ask.deadline)
         if not isinstance(finished.result, Answered):
-            raise ended(ask.drive, finished, f"{name} could not be selected: ")
+            raise ended(drive, finished, f"{name} could not be selected: ")
+        drive.selection[name] = raw

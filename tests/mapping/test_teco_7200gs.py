@@ -216,3 +216,60 @@ def test_what_is_not_from_the_document_says_so() -> None:
     assert all(point.provenance.place for point in PROFILE.points.values())
     assert PROFILE.facts["modbus.bridge"].doubt
     assert PROFILE.facts["serial.reply"].place == "7.2 (2)"
+
+
+PARAMETERS = {
+    # 9.3: first and last of each group; 0117H (Sn-24) is missing
+    "Sn": [*range(0x0100, 0x0117), *range(0x0118, 0x011C)],
+    "Cn": [*range(0x0200, 0x022A)],
+    "An": [*range(0x0400, 0x0409)],
+    "bn": [*range(0x0500, 0x050C)],
+}
+NUMBERS = {"Sn": [*range(1, 24), *range(25, 29)], "Cn": range(1, 43), "An": range(1, 10), "bn": range(1, 13)}
+
+
+def parameters(group: str) -> list[Point]:
+    return [point for point in PROFILE.points.values() if point.notation.startswith(group)]
+
+
+@pytest.mark.parametrize("group", PARAMETERS)
+def test_every_parameter_is_where_the_document_has_it(group: str) -> None:
+    places = {point.notation: point.address for point in parameters(group)}
+    numbers = [f"{group}-{number:02d}" for number in NUMBERS[group]]
+    assert places == dict(zip(numbers, PARAMETERS[group], strict=True))
+
+
+def test_parameters_have_no_scale_and_need_an_engineer() -> None:
+    for point in (p for group in PARAMETERS for p in parameters(group)):
+        assert (point.encoding.symbol, point.encoding.scale, point.kind) == (None, 1, Kind.PARAMETER)
+        assert point.role is (Role.ENGINEER if point.access.writable else None)
+        assert point.provenance.doubt
+        assert point.wear == "unknown"
+
+
+def test_what_is_locked_while_running() -> None:
+    # 10, 22H
+    for point in parameters("Sn") + parameters("Cn"):
+        locks = [term.text for term in point.only_when]
+        assert ("running: false" in locks) == point.access.writable
+        second = "vf_pattern: [0FH, FFH]" in locks
+        assert second == (0x0201 <= point.address <= 0x0207)
+    assert not any(point.only_when for point in parameters("An") + parameters("bn"))
+
+
+def test_what_means_two_things_is_not_written() -> None:
+    assert {p.notation for g in PARAMETERS for p in parameters(g) if not p.access.writable} == {
+        "Cn-32",
+        "Cn-33",
+    }
+
+
+def test_initialising_the_drive_is_a_danger() -> None:
+    (point,) = at(0x0102)
+    assert set(point.danger) == {0b1110, 0b1111}
+    assert [p.name for p in PROFILE.points.values() if p.danger] == ["access_level"]
+
+
+def test_no_command_comes_near_a_danger() -> None:
+    written = {name for command in PROFILE.commands.values() for step in command.steps for name in step.write}
+    assert not any(PROFILE.points[name].danger for name in written)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -27,16 +28,31 @@ def profiles(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """List the profiles, or show one with every point, command, source and doubt."""
-    paths = [_find(name)] if name else sorted(_folder().glob("*.yaml"))
-    for path in paths:
-        profile = _load(path)
-        if as_json:
-            _tell(profile)
-        elif name:
-            _show(profile)
+    """List the profiles, or show one with everything that is known of the drive, its sources and doubts.
+
+    Exit 1 if a profile has errors.
+    """
+    if name:
+        _show(_load(_find(name)), as_json)
+    else:
+        _list_all(as_json)
+
+
+def _list_all(as_json: bool) -> None:
+    """Tell the profiles that are in order; what is wrong in the others goes to standard error."""
+    from gateway.mapping.load import load_profile
+    from gateway.terminal.sites import listed
+
+    wrong = False
+    for path in sorted(_folder().glob("*.yaml")):
+        profile, findings = load_profile(path)
+        if profile is not None:
+            _tell(profile) if as_json else _list(profile)
         else:
-            _list(profile)
+            sys.stderr.write(listed(findings) + "\n")
+            wrong = True
+    if wrong:
+        raise typer.Exit(1)
 
 
 def _folder() -> Path:
@@ -75,26 +91,26 @@ def _tell(profile: Profile) -> None:
 
 def _list(profile: Profile) -> None:
     from gateway.terminal.output import say
+    from gateway.terminal.profiles import doubtful
 
-    doubts = sum(point.provenance.doubt is not None for point in profile.points.values())
+    doubts = doubtful(profile.points.values())
     say(f"{profile.name:20} {profile.title}, points: {len(profile.points)}, in doubt: {doubts}")
 
 
-def _show(profile: Profile) -> None:
-    from rich.table import Table
-
+def _show(profile: Profile, as_json: bool) -> None:
+    if as_json:
+        _tell(profile)
+        return
     from gateway.terminal.output import console, say
-    from gateway.terminal.profiles import point_row
+    from gateway.terminal.sheet import command_lines, head, points_table
 
-    say(f"{profile.name}: {profile.title} ({profile.maker} {', '.join(profile.models)})")
-    for key, document in profile.documents.items():
-        say(f"  {key}: {document.title}")
-    table = Table(box=None, header_style="dim", padding=(0, 2, 0, 0))
-    for title in ("point", "register", "type", "unit", "access", "rate", "doubt"):
-        table.add_column(title)
-    for point in profile.points.values():
-        table.add_row(*point_row(point))
-    console().print(table)
-    for command in profile.commands.values():
-        args = " ".join(f"{arg}=({point})" for arg, point in command.args.items())
-        say(f"command {command.name} {args}".rstrip())
+    say("\n".join(head(profile)))
+    for group, help in profile.groups.items():
+        say(f"\n{group}: {help}".rstrip(": "))
+        console().print(points_table(p for p in profile.points.values() if p.group == group))
+    say("")
+    say("\n".join(command_lines(profile.commands, profile.points)))
+    if profile.broadcast is not None:
+        say("\nto all drives of a line (unit 0):")
+        console().print(points_table(profile.broadcast.points.values()))
+        say("\n".join(command_lines(profile.broadcast.commands, profile.broadcast.points)))

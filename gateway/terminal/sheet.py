@@ -1,0 +1,188 @@
+"""A profile as a sheet that people read: nameplate, facts, points, commands."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+
+from rich.table import Table
+
+from gateway.mapping.profile import (
+    Case,
+    Command,
+    CommLoss,
+    Condition,
+    ErrorMeaning,
+    Limits,
+    Point,
+    Profile,
+    Provenance,
+    SerialFacts,
+    Setting,
+    Step,
+)
+from gateway.terminal.facts import error_object, modbus_object, serial_object, setting_object
+from gateway.terminal.profiles import in_words, range_object, written
+
+COLUMNS = ("point", "register", "type", "unit", "range", "access", "rate", "notes")
+SIMILAR = "similar model, unverified"
+
+
+def head(profile: Profile) -> Iterator[str]:
+    """Nameplate, documents, facts, settings and errors, a line each."""
+    yield f"{profile.name}: {profile.title} ({profile.maker} {', '.join(profile.models)})"
+    for key, document in profile.documents.items():
+        yield f"  {key}: {document.title}" + (f" ({SIMILAR})" if document.similar else "")
+    yield _fact("serial", serial_object(profile.serial) | _spans(profile.serial))
+    yield _fact("modbus", modbus_object(profile.modbus))
+    for key, provenance in profile.facts.items():
+        if provenance.doubt or provenance.similar:
+            yield f"  {key}: {doubt_text(provenance)}"
+    yield from (_setting_line(setting) for setting in profile.settings.values())
+    yield from (_error_line(code, error) for code, error in profile.errors.items())
+
+
+def points_table(points: Iterable[Point]) -> Table:
+    """The points, one a row."""
+    table = Table(box=None, header_style="dim", padding=(0, 2, 0, 0))
+    for title in COLUMNS:
+        table.add_column(title)
+    for point in points:
+        table.add_row(*_row(point))
+    return table
+
+
+def command_lines(commands: Mapping[str, Command], points: Mapping[str, Point]) -> Iterator[str]:
+    """The commands with their steps, a line each."""
+    for command in commands.values():
+        args = " ".join(f"{arg}=({point})" for arg, point in command.args.items())
+        yield f"command {command.name} {args}".rstrip() + _only_when(command.only_when)
+        for step in command.steps:
+            yield f"  {_step_text(step, points)}"
+
+
+def doubt_text(provenance: Provenance) -> str:
+    """Why something may be wrong; empty where nothing speaks against it."""
+    similar = f"{SIMILAR} ({provenance.document} {provenance.place})" if provenance.similar else ""
+    return "; ".join(text for text in (similar, provenance.doubt or "") if text)
+
+
+def place_text(point: Point) -> str:
+    """Where a point is: ``Sn-08 0107H.2-3``."""
+    wire = f"{point.address:04X}H"
+    cut = point.encoding
+    bits = f".{cut.bit:X}" + (f"-{cut.bit + cut.width - 1:X}" if cut.width > 1 else "") if cut.width else ""
+    return f"{wire}{bits}" if point.notation in ("", wire) else f"{point.notation} {wire}{bits}"
+
+
+def notes(point: Point) -> Iterator[str]:
+    """What else there is to know of a point, each in a few words."""
+    yield from (f"when {term.text}" for term in point.when)
+    yield from (_case_text(case) for case in point.cases)
+    yield from (f"{raw}={name}" for raw, name in {**point.encoding.values, **point.encoding.special}.items())
+    yield from (f"select {name}={value.value}" for name, value in point.select.items())
+    yield from (f"written only when {term.text}" for term in point.only_when)
+    yield from (text for text, holds in _writing_notes(point) if holds)
+    yield from sorted(set(point.danger.values()))
+    yield doubt_text(point.provenance)
+
+
+def _writing_notes(point: Point) -> Iterator[tuple[str, bool]]:
+    yield f"pulse {point.pulse:g} s", point.pulse > 0
+    yield f"then {point.then}", point.then is not None
+    yield f"wears out ({point.wear}); without wear: {point.twin}", point.twin is not None
+    yield f"wear {point.wear}", point.wear is not None and point.twin is None
+    yield "the drive does not answer", point.silent
+    yield f"pause {point.pause:g} s", point.pause > 0
+
+
+def _row(point: Point) -> tuple[str, ...]:
+    encoding = point.encoding
+    symbol = encoding.symbol or ""
+    unit = symbol if point.cases else f"{encoding.scale} {symbol}" if symbol else ""
+    texts = "; ".join(text for text in notes(point) if text)
+    return (
+        point.name,
+        place_text(point),
+        encoding.type,
+        unit,
+        _range(point.limits),
+        point.access,
+        point.rate,
+        texts,
+    )
+
+
+def _case_text(case: Case) -> str:
+    encoding = case.encoding
+    times = f" x {encoding.times}" if encoding.times else ""
+    when = _listed(case.when) or "otherwise"
+    return f"{when}: {encoding.scale} {encoding.symbol or ''}{times}".rstrip()
+
+
+def _range(limits: Limits | None) -> str:
+    ends = range_object(limits)
+    return "" if ends is None else f"{ends[0]}..{ends[1]}"
+
+
+def _fact(name: str, facts: Mapping[str, object]) -> str:
+    return f"{name}: " + ", ".join(f"{key} {_plain(value)}" for key, value in facts.items() if value != [])
+
+
+def _plain(value: object) -> str:
+    if isinstance(value, dict):
+        return " ".join(f"{key}={item}" for key, item in value.items())
+    return "/".join(str(item) for item in value) if isinstance(value, list) else str(value)
+
+
+def _spans(serial: SerialFacts) -> dict[str, str]:
+    """What reads better in other words than a program's."""
+    return {
+        "units": f"{serial.units[0]}..{serial.units[1]}",
+        "reply": f"{serial.reply_usual:g}..{serial.reply_max:g} s",
+        "comm_loss": _loss(serial.comm_loss),
+    }
+
+
+def _loss(loss: CommLoss) -> str:
+    after = "?" if loss.after is None else f"{loss.after:g} s"
+    return f"after {after} by {loss.action or '?'}" + "".join(f" when {term.text}" for term in loss.when)
+
+
+def _setting_line(setting: Setting) -> str:
+    facts = setting_object(setting)
+    shown = [
+        f"{key} {_plain(facts[key])}"
+        for key in ("unit", "range", "values", "default")
+        if facts[key] not in (None, {})
+    ]
+    notes = [text for text in (setting.help, doubt_text(setting.provenance)) if text]
+    return f"setting {setting.name}: " + "; ".join([*shown, *notes])
+
+
+def _error_line(code: int, error: ErrorMeaning) -> str:
+    facts = error_object(code, error)
+    again = f", again after {error.retry:g} s" if error.retry else ""
+    once = "".join(f", again once {term.text}" for term in error.retry_when)
+    about = "; ".join(text for text in (error.help, doubt_text(error.provenance)) if text)
+    return f"error {facts['code']}: {error.name}{again}{once}" + (f" ({about})" if about else "")
+
+
+def _only_when(condition: Condition) -> str:
+    return f" only when {_listed(condition)}" if condition else ""
+
+
+def _step_text(step: Step, points: Mapping[str, Point]) -> str:
+    when = f"when {_listed(step.when)}: " if step.when else ""
+    writes = " ".join(
+        f"{name}={_spelled(written(value, points.get(name)))}" for name, value in step.write.items()
+    )
+    until = f", until {_listed(step.until)}" if step.until else ""
+    return f"{when}write {writes}{until}, within {step.within:g} s"
+
+
+def _listed(condition: Condition) -> str:
+    return ", ".join(in_words(condition))
+
+
+def _spelled(value: float | str) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)

@@ -67,7 +67,7 @@ class RawSimulate(Shape):
     coast_when: Terms | None = None
     forward_only_when: Terms | None = None
     initialise_when: Terms | None = None
-    shows: dict[str, Name] = Field(default_factory=dict)
+    shows: dict[str, Texts] = Field(default_factory=dict)
     codes: dict[str, dict[str, Integer]] = Field(default_factory=dict)
     history: list[Name] = Field(default_factory=list)
     alarms: dict[str, Integer] = Field(default_factory=dict)

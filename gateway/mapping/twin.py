@@ -80,8 +80,9 @@ class Simulate:
     """Raw register contents at delivery, by wire address; these registers exist. 0 elsewhere."""
     units: Mapping[str, tuple[Fraction, str]] = field(default_factory=_nothing)
     """Point to the scale and symbol that the twin assumes, where the document gives none."""
-    max_frequency: Bound = Fraction(60)
-    """Highest frequency that a write may ask for; 100 % of broadcasts."""
+    max_frequency: Bound | None = None
+    """Highest frequency that a write may ask for; 100 % of broadcasts. None: what the site's setting of
+    that name says, else 60 Hz."""
     base_frequency: Bound | None = None
     """What the ramp times count to from standstill; None: the highest frequency."""
     acceleration: Bound = Fraction(3)
@@ -99,8 +100,8 @@ class Simulate:
     """Reverse is forbidden: the motor stands still; never, when empty."""
     initialise_when: Condition = ()
     """A write that makes this true brings the factory contents back; never, when empty."""
-    shows: Mapping[str, str] = field(default_factory=_nothing)
-    """Point to what it shows: one of `SHOWN`, or another point."""
+    shows: Mapping[str, tuple[str, ...]] = field(default_factory=_nothing)
+    """Point to what it shows: one of `SHOWN`, or another point. Several are bits, the first is bit 0."""
     codes: Mapping[str, Mapping[int, int]] = field(default_factory=_nothing)
     """Point to the raw value that stands for each shown number."""
     history: tuple[str, ...] = ()

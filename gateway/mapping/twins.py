@@ -108,12 +108,12 @@ class TwinMaker:
                 self._report.error(path, error.message, error.remedy, key=True)
         return found
 
-    def _shows(self, raw: Mapping[str, str]) -> dict[str, str]:
+    def _shows(self, raw: Mapping[str, list[str]]) -> dict[str, tuple[str, ...]]:
         sources = dict.fromkeys([*SHOWN, *self._points])
         return {
-            name: what
+            name: tuple(self._listed(what, sources, (SECTION, "shows", name)))
             for name, what in raw.items()
-            if self._key("shows", name) and self._known(what, sources, (SECTION, "shows", name))
+            if self._key("shows", name)
         }
 
     def _codes(self, raw: Mapping[str, Mapping[str, int]]) -> dict[str, Mapping[int, int]]:

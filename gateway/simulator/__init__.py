@@ -5,12 +5,13 @@ The drives, the wire and their faults are pure models in time; `live` runs them 
 
 from gateway.simulator.bank import UnsupportedError
 from gateway.simulator.faults import CorruptByte, DelayReply, DropReply, NoiseBefore
-from gateway.simulator.happening import Options, Panel, PowerCycle, Trip
+from gateway.simulator.happening import Cured, Options, Panel, PowerCycle, Trip
 from gateway.simulator.live import SimulatedLine
 from gateway.simulator.site import run
 
 __all__ = [
     "CorruptByte",
+    "Cured",
     "DelayReply",
     "DropReply",
     "NoiseBefore",

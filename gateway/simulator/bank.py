@@ -1,102 +1,187 @@
-"""The holding registers of a drive: which exist, what they hold, and the profile's names for them."""
+"""The holding registers of a drive: which exist, what they hold, and the profile's names for them.
+
+An address may mean one thing read and another written, or show what a selector chooses; and a parameter
+may be written without being effective yet. So each named value lies in a store of its own kind.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from fractions import Fraction
+from types import MappingProxyType
 
-from gateway.mapping.profile import NumberType, Point, Table
+from gateway.mapping.profile import Access, Condition, Encoding, Point, Table, Term
 from gateway.simulator.refusal import RefusalError
+from gateway.simulator.slot import Slot
 
 Span = tuple[int, int]
 """First and last address."""
+Cells = dict[int, int]
+NO_SETTINGS: Mapping[str, Fraction] = MappingProxyType({})
 
 
 class UnsupportedError(Exception):
     """The mapping asks for something that this simulator does not model; the message says what."""
 
 
-@dataclass(frozen=True, slots=True)
-class Slot:
-    """Where a named value lies in a register, and what one count of it is worth."""
-
-    address: int
-    shift: int
-    mask: int
-    signed: bool
-    scale: float
-    offset: float
-
-    @classmethod
-    def of(cls, point: Point) -> Slot:
-        """The slot of a profile's point."""
-        encoding = point.encoding
-        plain = encoding.type in (NumberType.U16, NumberType.S16) and encoding.times is None
-        if point.table is not Table.HOLDING or point.words != 1 or not plain:
-            raise UnsupportedError(f"{point.name}: only 16-bit values in holding registers can be simulated")
-        mask = (1 << (encoding.width or 16)) - 1
-        signed = encoding.type is NumberType.S16
-        return cls(point.address, encoding.bit, mask, signed, float(encoding.scale), float(encoding.offset))
-
-    def decode(self, word: int) -> float:
-        """The value that the register's word holds."""
-        raw = (word >> self.shift) & self.mask
-        if self.signed and raw & 0x8000:
-            raw -= 0x10000
-        return raw * self.scale + self.offset
-
-    def encode(self, word: int, value: float) -> int:
-        """The word with the value in it, to the nearest count and held within what fits."""
-        raw = round((value - self.offset) / self.scale)
-        lowest, highest = (-0x8000, 0x7FFF) if self.signed else (0, self.mask)
-        bits = min(max(raw, lowest), highest) & self.mask
-        return (word & ~(self.mask << self.shift)) | bits << self.shift
-
-
 class Bank:
-    """Register contents by address. An address that is not in ``spans`` does not exist."""
+    """Register contents by address. An address that no span and no point names does not exist.
 
-    def __init__(self, spans: Iterable[Span], points: Mapping[str, Point]) -> None:
-        self.words = {address: 0 for low, high in spans for address in range(low, high + 1)}
+    ``words`` is what reading shows, ``written`` what was written where nothing can be read. Points
+    with ``then`` count only once `activate` has made their registers effective. Raises `UnsupportedError` for
+    points in another table.
+    """
+
+    def __init__(
+        self,
+        spans: Iterable[Span],
+        points: Mapping[str, Point],
+        settings: Mapping[str, Fraction] = NO_SETTINGS,
+    ) -> None:
+        self.words: Cells = {address: 0 for low, high in spans for address in range(low, high + 1)}
+        self.written: Cells = {}
+        self.effective: Cells = {}
         self._points = points
-        self._slots: dict[str, Slot] = {}
+        self._settings = settings
+        self._stores: dict[str, Cells] = {}
+        self._selected: dict[int, list[Point]] = {}
+        for point in points.values():
+            if point.table is not Table.HOLDING:
+                raise UnsupportedError(f"{point.name}: only holding registers can be simulated")
+            self._place(point)
 
-    def read(self, address: int, count: int) -> tuple[int, ...]:
-        """``count`` registers from ``address`` on; all of them must exist."""
-        self.require(address, count)
-        return tuple(self.words[at] for at in range(address, address + count))
+    def _place(self, point: Point) -> None:
+        """Find a store for a point, and let its registers exist there."""
+        addresses = range(point.address, point.address + point.words)
+        if point.access is Access.WRITE:
+            store = self.written
+        elif point.select:
+            store = {}
+            for address in addresses:
+                self._selected.setdefault(address, []).append(point)
+        else:
+            store = self.effective if point.then is not None else self.words
+        if point.access.readable:
+            self.words.update((address, 0) for address in addresses if address not in self.words)
+        store.update((address, 0) for address in addresses if address not in store)
+        self._stores[point.name] = store
 
-    def require(self, address: int, count: int) -> None:
-        """Refuse addresses that do not exist."""
-        if any(at not in self.words for at in range(address, address + count)):
+    # -- registers --
+
+    def read(self, address: int, count: int, *, bridge: bool = False) -> tuple[int, ...]:
+        """``count`` registers from ``address`` on. All of them must exist; with ``bridge`` it is enough
+        that one of several does, and the others are 0."""
+        wanted = range(address, address + count)
+        if not (bridge and count > 1 and any(at in self.words for at in wanted)):
+            self._require(wanted, self.words)
+        return tuple(self._shown(at) for at in wanted)
+
+    def require_writable(self, address: int, count: int) -> None:
+        """Refuse addresses that neither exist for reading nor for writing."""
+        self._require(range(address, address + count), self.words.keys() | self.written.keys())
+
+    def _require(self, wanted: range, known: Iterable[int]) -> None:
+        if any(at not in known for at in wanted):
             raise RefusalError("illegal_address")
 
+    def store(self, address: int, word: int) -> None:
+        """Take a written word over: where something can be written, else where it can be read."""
+        (self.written if address in self.written else self.words)[address] = word
+
+    def present(self, address: int) -> int:
+        """The word that a write of this address replaces."""
+        return self.written[address] if address in self.written else self.words[address]
+
+    def activate(self) -> None:
+        """Make all written registers effective."""
+        self.effective.update((address, self.words[address]) for address in self.effective)
+
+    def _shown(self, address: int) -> int:
+        for point in self._selected.get(address, ()):
+            if all(self.exact(name) == constant.value for name, constant in point.select.items()):
+                return self._stores[point.name][address]
+        return self.words.get(address, 0)
+
+    # -- named values --
+
     def get(self, name: str) -> float:
-        """The value of a point in its unit; bits count as 0 and 1."""
+        """The value of a point in its unit; bits count as 0 and 1. 0 while no case of it holds."""
+        return float(self.exact(name))
+
+    def exact(self, name: str) -> Fraction:
+        """As `get`, without rounding."""
         slot = self._slot(name)
-        return slot.decode(self.words[slot.address])
+        return Fraction(0) if slot is None else self.value(slot, slot.read(self._stores[name]))
+
+    def raw(self, name: str) -> int:
+        """The raw value of a point."""
+        slot = self._slot(name)
+        return 0 if slot is None else slot.read(self._stores[name])
 
     def on(self, name: str) -> bool:
         """True when the point is not 0."""
-        return self.get(name) != 0
+        return self.exact(name) != 0
 
     def set(self, name: str, value: float) -> None:
-        """Show a value in its unit."""
+        """Show a value in its unit, to the nearest count."""
         slot = self._slot(name)
-        self.words[slot.address] = slot.encode(self.words[slot.address], value)
+        if slot is not None:
+            encoding = slot.encoding
+            share = float(encoding.scale) * float(self._times(encoding))
+            count = 1 - value if encoding.active_low else (value - float(encoding.offset)) / share
+            slot.write(self._stores[name], slot.raw(count))
 
-    def show(self, values: Mapping[str, float]) -> None:
-        """Set those of the values for which the profile has a point."""
-        for name, value in values.items():
-            if name in self._points:
-                self.set(name, value)
+    def put(self, name: str, raw: int) -> None:
+        """Show a raw value."""
+        slot = self._slot(name)
+        if slot is not None:
+            slot.write(self._stores[name], raw)
 
     def clear(self, names: Iterable[str]) -> None:
         """Set points back to 0."""
         for name in names:
             self.set(name, 0)
 
-    def _slot(self, name: str) -> Slot:
-        if name not in self._slots:
-            self._slots[name] = Slot.of(self._points[name])
-        return self._slots[name]
+    def number(self, name: str) -> Fraction | None:
+        """The value of a setting or point; None when nothing of that name has one."""
+        if name in self._points:
+            return self.exact(name)
+        return self._settings.get(name)
+
+    def value(self, slot: Slot, raw: int) -> Fraction:
+        """What a raw value means in the unit."""
+        encoding = slot.encoding
+        if encoding.active_low:
+            return Fraction(1 - raw)
+        return Fraction(slot.number(raw)) * encoding.scale * self._times(encoding) + encoding.offset
+
+    # -- conditions --
+
+    def holds(self, condition: Condition) -> bool:
+        """True when all terms hold; a name without a value never does."""
+        return all(self._term(term) for term in condition)
+
+    def applies(self, condition: Condition) -> bool:
+        """As `holds`, but the empty condition is never true."""
+        return bool(condition) and self.holds(condition)
+
+    def slot(self, point: Point) -> Slot | None:
+        """Where the point lies and how it is to be read now; None while no case of it holds."""
+        encoding = self._encoding(point)
+        return None if encoding is None else Slot(point.address, encoding)
+
+    def _slot(self, name: str) -> Slot | None:
+        return self.slot(self._points[name])
+
+    def _encoding(self, point: Point) -> Encoding | None:
+        if not point.cases:
+            return point.encoding
+        return next((case.encoding for case in point.cases if self.holds(case.when)), None)
+
+    def _times(self, encoding: Encoding) -> Fraction:
+        """What multiplies; 1 when that is nothing, so that a value can always be shown."""
+        return (self.number(encoding.times) if encoding.times else None) or Fraction(1)
+
+    def _term(self, term: Term) -> bool:
+        value = self.number(term.name)
+        return value is not None and any(low <= value <= high for low, high in term.ranges)

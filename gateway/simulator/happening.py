@@ -7,9 +7,17 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Trip:
-    """A major fault strikes: the name of a fault point of the profile."""
+    """A fault strikes: the name of a fault point of the profile, or of an alarm of its twin. A warning
+    (a name that begins so) shows and does not stop the motor."""
 
     fault: str
+
+
+@dataclass(frozen=True, slots=True)
+class Cured:
+    """What a warning warned of has passed."""
+
+    warning: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,21 +33,22 @@ class PowerCycle:
     """The mains go and return: commands and faults are forgotten, parameters are kept."""
 
 
-Happening = Trip | Panel | PowerCycle
+Happening = Trip | Cured | Panel | PowerCycle
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Options:
     """How a drive is set up before it is put on the line. Times are seconds between standstill and
-    ``max_frequency`` (Hz); ``turnaround`` is from the end of a request to the start of the reply.
+    ``max_frequency`` (Hz); None: as its factory. ``turnaround`` is from the end of a request to the start
+    of the reply.
     ``load`` is the torque at rated speed (1.0 = rated). ``speed`` lets the motor ramp that many times
     faster. ``delete_errors``: a fault reset clears the record of line errors. ``restart``: a reset lets
     a run bit that still stands start the motor again."""
 
-    max_frequency: float = 60.0
-    acceleration: float = 3.0
-    deceleration: float = 3.0
-    fast_deceleration: float = 1.0
+    max_frequency: float | None = None
+    acceleration: float | None = None
+    deceleration: float | None = None
+    fast_deceleration: float | None = None
     turnaround: float = 0.005
     load: float = 0.6
     speed: float = 1.0

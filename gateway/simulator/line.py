@@ -1,8 +1,8 @@
 """The wire of one RS-485 line with its drives, as a pure model in time.
 
 Bytes take their true time: what the master writes at once still crosses the wire character by
-character, a request ends with 3.5 characters of silence, the addressed drive answers after its
-turnaround, and the master gets each byte of the reply no earlier than its last bit has passed.
+character, a request ends with 3.5 characters of silence (in ASCII with CR LF), the addressed drive answers
+after its turnaround, and the master gets each byte of the reply no earlier than its last bit has passed.
 
 In strict mode a request that follows other traffic without the mandatory silence is not a frame to any
 drive. Two stations that talk at once destroy each other's frames in either mode. A drive listens before
@@ -109,7 +109,7 @@ class Line:
         if self._passing:
             events.append((self._passing[0][0], self._deliver))
         if self._incoming is not None:
-            events.append((self._incoming.end + self.timing.silence, self._hear))
+            events.append((self._incoming.end + self.timing.patience(self._incoming.data), self._hear))
         if self._replies:
             events.append((self._replies[0].start, self._speak))
         return events
@@ -149,7 +149,7 @@ class Line:
                 self._offer(drive, data, incoming)
 
     def _offer(self, drive: Drive, data: bytes, incoming: _Incoming) -> None:
-        now = incoming.end + self.timing.silence
+        now = incoming.end + self.timing.patience(data)
         if incoming.note:
             drive.disturbed()
         elif reply := drive.handle(data, now):

@@ -24,6 +24,9 @@ class DriveState:
     dc_bus: float
     communication_lost: bool
     faults: frozenset[str]
+    warning: bool = False
+    saves: int = 0
+    """Writes so far that used up some of the life of the drive's memory."""
 
     @property
     def ready(self) -> bool:
@@ -45,9 +48,11 @@ def named_values(state: DriveState) -> dict[str, float]:
     """The values of the shared point names."""
     return {
         "running": state.running,
+        "running_forward": state.running and not state.reverse,
         "running_reverse": state.reverse,
         "ready": state.ready,
         "fault": state.fault,
+        "warning": state.warning,
         "zero_speed": state.zero_speed,
         "speed_agree": state.speed_agree,
         "frequency_reference": state.reference,
@@ -56,4 +61,5 @@ def named_values(state: DriveState) -> dict[str, float]:
         "output_voltage": state.voltage,
         "output_power": state.power,
         "dc_bus_voltage": state.dc_bus,
+        "communication_lost": state.communication_lost,
     }

@@ -7,6 +7,10 @@ from typing import Literal
 
 from gateway.mapping.profile import SerialFormat
 
+ASCII_END = b"\r\n"
+ASCII_PATIENCE = 1.0
+"""Seconds between two characters of an ASCII frame after which it is given up."""
+
 
 @dataclass(frozen=True, slots=True)
 class WireTiming:
@@ -15,6 +19,7 @@ class WireTiming:
     baud: int
     format: SerialFormat
     gap: float = 0.0
+    framing: Literal["rtu", "ascii"] = "rtu"
 
     @property
     def character(self) -> float:
@@ -23,8 +28,14 @@ class WireTiming:
 
     @property
     def silence(self) -> float:
-        """Seconds of silence that end a frame and must precede the next one."""
-        return max(3.5 * self.character, self.gap)
+        """Seconds of silence that must precede a frame; in ASCII its colon is enough."""
+        return max(3.5 * self.character, self.gap) if self.framing == "rtu" else 0.0
+
+    def patience(self, data: bytes | bytearray) -> float:
+        """Seconds of silence after which these bytes are taken for a whole frame."""
+        if self.framing == "rtu":
+            return self.silence
+        return 0.0 if data.endswith(ASCII_END) else ASCII_PATIENCE
 
     @property
     def tolerance(self) -> float:

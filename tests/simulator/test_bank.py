@@ -12,7 +12,6 @@ from gateway.mapping.profile import Access, Encoding, Kind, NumberType, Point, T
 from gateway.simulator import UnsupportedError
 from gateway.simulator.bank import Bank
 from gateway.simulator.refusal import RefusalError
-from tests.simulator.plant import profile
 
 
 def bank_of(encoding: Encoding, table: Table = Table.HOLDING) -> Bank:
@@ -26,7 +25,7 @@ def bank_of(encoding: Encoding, table: Table = Table.HOLDING) -> Bank:
         encoding=encoding,
         table=table,
     )
-    return Bank([(7, 8)], {"x": point})
+    return Bank([(7, 8)], {"x": point}, {"poles": Fraction(2)})
 
 
 @settings(deadline=None)
@@ -66,22 +65,42 @@ def test_signed_values() -> None:
 
 
 @pytest.mark.parametrize(
-    ("encoding", "table"),
+    ("encoding", "value", "words"),
     [
-        (Encoding(type=NumberType.U32, words=2), Table.HOLDING),
-        (Encoding(type=NumberType.BCD), Table.HOLDING),
-        (Encoding(times="p2000"), Table.HOLDING),
-        (Encoding(), Table.INPUT),
+        (Encoding(type=NumberType.U32, words=2), 0x12345678, (0x1234, 0x5678)),
+        (Encoding(type=NumberType.U32, words=2, word_order="low_first"), 0x12345678, (0x5678, 0x1234)),
+        (Encoding(type=NumberType.S32, words=2), -2, (0xFFFF, 0xFFFE)),
+        (Encoding(type=NumberType.F32, words=2), 1.5, (0x3FC0, 0x0000)),
+        (Encoding(type=NumberType.BCD), 1234, (0x1234, 0)),
+        (Encoding(times="poles", scale=Fraction(1, 120)), 50, (3000, 0)),
+        (Encoding(bit=4, width=1, active_low=True), 1, (0, 0)),
+        (Encoding(bit=4, width=1, active_low=True), 0, (0x10, 0)),
     ],
 )
-def test_what_is_not_modelled_is_said(encoding: Encoding, table: Table) -> None:
-    with pytest.raises(UnsupportedError, match="x: only 16-bit"):
-        bank_of(encoding, table).get("x")
+def test_every_kind_of_number(encoding: Encoding, value: float, words: tuple[int, int]) -> None:
+    bank = bank_of(encoding)
+    bank.set("x", value)
+    assert (bank.words[7], bank.words[8]) == words
+    assert bank.get("x") == value
+
+
+def test_what_is_not_modelled_is_said() -> None:
+    with pytest.raises(UnsupportedError, match="x: only holding registers"):
+        bank_of(Encoding(), Table.INPUT)
 
 
 def test_addresses_that_do_not_exist() -> None:
-    bank = Bank([(1, 2), (4, 4)], profile().points)
+    bank = Bank([(1, 2), (4, 4)], {})
     assert bank.read(1, 2) == (0, 0)
     for address, count in ((0, 1), (2, 2), (3, 1), (4, 2)):
         with pytest.raises(RefusalError, match="illegal_address"):
             bank.read(address, count)
+
+
+def test_a_block_may_pass_over_holes_where_the_drive_allows_it() -> None:
+    bank = Bank([(1, 2), (4, 4)], {})
+    bank.words[4] = 7
+    assert bank.read(2, 4, bridge=True) == (0, 0, 7, 0)
+    for address, count in ((3, 1), (5, 1), (5, 2)):
+        with pytest.raises(RefusalError, match="illegal_address"):
+            bank.read(address, count, bridge=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from gateway.simulator import frame
+from gateway.simulator import frame, rtu
 from tests.simulator.master import Master
 from tests.simulator.plant import drive
 
@@ -29,7 +29,7 @@ def hexed(text: str) -> bytes:
 
 @pytest.mark.parametrize("printed", PRINTED)
 def test_check_value(printed: str) -> None:
-    assert frame.seal(hexed(printed)[:-2]) == hexed(printed)
+    assert rtu.seal(hexed(printed)[:-2]) == hexed(printed)
 
 
 @pytest.fixture
@@ -43,8 +43,8 @@ def test_section_8_write_then_read(master: Master) -> None:
 
 
 def test_section_8_error_replies() -> None:
-    assert frame.error_reply(5, 0x03, 0x01) == hexed("05 83 01 C1 31")
-    assert frame.error_reply(5, 0x10, 0x06) == hexed("05 90 06 8D C3")
+    assert rtu.seal(frame.error_reply(5, 0x03, 0x01)) == hexed("05 83 01 C1 31")
+    assert rtu.seal(frame.error_reply(5, 0x10, 0x06)) == hexed("05 90 06 8D C3")
 
 
 def test_section_11(master: Master) -> None:

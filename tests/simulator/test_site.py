@@ -111,14 +111,20 @@ def test_the_site_may_allow_more_than_60_hz(site: Site) -> None:
 
 def test_what_cannot_be_simulated_is_said() -> None:
     config = line_config()
-    with pytest.raises(UnsupportedError, match="only RTU"):
+    with pytest.raises(UnsupportedError, match=r"line north speaks ASCII, but TECO .* RTU only"):
         build_drives(replace(config, framing="ascii"), {})
-    other = replace(config.drives[0], profile=profile("s2000"))
-    with pytest.raises(UnsupportedError, match="profile s2000 cannot be simulated so far"):
-        build_drives(replace(config, drives=(other,)), {})
-    poor = replace(profile(), points={})
-    with pytest.raises(UnsupportedError, match="has no point run, reverse"):
-        build_drives(replace(config, drives=(replace(other, profile=poor),)), {})
+    with pytest.raises(UnsupportedError, match="line north: Modbus TCP cannot be simulated"):
+        build_drives(replace(config, framing="tcp"), {})
+
+
+def test_a_profile_needs_no_facts_to_be_simulated() -> None:
+    config = line_config()
+    bare = replace(config.drives[0], profile=replace(profile(), simulate=None))
+    master = Master(build_drives(replace(config, drives=(bare,)), {})["fan-5"])
+    master.write(0x0001, 1, 6000)
+    master.wait(3)
+    assert master.word(0x0020) == 0b0101
+    assert master.word(0x0024) == 6000
 
 
 def program(*arguments: str) -> subprocess.Popen[str]:

@@ -96,7 +96,8 @@ class Write:
     """Write registers from ``address`` on, in one frame; the unit's facts choose the function.
 
     ``silent``: the drive does not answer this write (a broadcast never is); it counts as answered once it
-    is sent. ``pause``: seconds of silence to keep on the line afterwards, beside the gap.
+    is sent and its pause is over. ``pause``: seconds of silence to keep on the line afterwards, beside the
+    gap and counted from the last bit on the wire; only a stop to another unit does not wait for it.
     """
 
     unit: int

@@ -1,7 +1,7 @@
 """One line as a pure machine: events in, actions out, time as an argument.
 
 It owns the wire: it decides what goes out next, recognises what comes back, knows which units answer, and
-tells the outcome of every job exactly once. `gateway.line.master` runs it on a port.
+tells the outcome of every job exactly once. `gateway.core.shell` runs it on a port.
 """
 
 from __future__ import annotations
@@ -30,10 +30,11 @@ from gateway.line.interface import (
     Unsent,
     Want,
 )
+from gateway.line.pauses import Pauses
 from gateway.line.plan import make_plan
 from gateway.line.reachability import Unit
 from gateway.line.record import Record, Traced
-from gateway.line.requests import BROADCAST, check_want, request_of
+from gateway.line.requests import check_want, request_of
 from gateway.line.schedule import Choice, Probe, Schedule, Waiting
 from gateway.line.telling import description, failed_blocks, purpose, told
 from gateway.line.transaction import Question, Transaction, Wire
@@ -42,8 +43,6 @@ from gateway.modbus.framing import framing_of
 from gateway.modbus.pdu import Reply
 from gateway.modbus.timing import timing_of
 
-BROADCAST_PAUSE = 0.1
-"""Seconds that units get to act on a broadcast (serial line V1.02, section 2.4.1: 100 to 200 ms)."""
 STRAY_HOLD = 0.1
 """Bytes that nobody asked for hold a request back by so many seconds at most: a babbler stops nothing."""
 REPLAN_EVERY = 10.0
@@ -83,6 +82,7 @@ class Line:
         self._planned_at = -math.inf
         self._current: Transaction | None = None
         self._free_at = -math.inf
+        self._pauses = Pauses()
         self._held = 0.0
 
     # What can be asked about it
@@ -120,11 +120,12 @@ class Line:
         if not self.is_open:
             at = self._connection.open_at
         elif self._current is not None:
-            at = self._current.deadline
+            at = min(self._current.deadline, self._pauses.awaited())
         else:
             probe = self._units.probe()
-            due = self._schedule.wake(self._units.ready_at)
-            at = max(self._free_at, due if probe is None else min(due, probe.at))
+            probe_at = math.inf if probe is None else max(probe.at, self._pauses.until())
+            due = min(self._schedule.wake(self._ready_at, self._pauses.until_for_stop), probe_at)
+            at = min(max(self._free_at, due), self._pauses.awaited())
         return None if at == math.inf else at
 
     # What happens to the port
@@ -196,15 +197,22 @@ class Line:
 
     def _advance(self, now: float) -> list[Action]:
         """Drop what expired, and begin the next transaction when the wire is free."""
-        actions: list[Action] = [
-            JobDone(job.id, Unsent("expired"), now) for job in self._schedule.expired(now)
-        ]
+        actions: list[Action] = [JobDone(job, Answered(), now) for job in self._pauses.over(now)]
+        actions += [JobDone(job.id, Unsent("expired"), now) for job in self._schedule.expired(now)]
         while self.is_open and self._current is None and now >= self._free_at:
-            choice = self._schedule.choose(now, self._units.ready_at, self._units.probe())
+            choice = self._choice(now)
             if choice is None:
                 break
             actions += self._take_up(choice, now)
         return actions
+
+    def _choice(self, now: float) -> Choice | None:
+        probe = self._units.probe() if now >= self._pauses.until() else None
+        return self._schedule.choose(now, self._ready_at, probe, self._pauses.until_for_stop)
+
+    def _ready_at(self, unit: int) -> float:
+        """The instant from which a unit may be asked, by all that is known of it and of the line."""
+        return max(self._units.ready_at(unit), self._pauses.until())
 
     def _take_up(self, choice: Choice, now: float) -> list[Action]:
         """Turn a decision into a request on the wire, or into the reason why there is none."""
@@ -226,7 +234,9 @@ class Line:
             return [JobDone(job.id, Unsent("not_admitted"), now)]
         actions, sent = self._send(question, now)
         actions.append(JobSent(job.id, sent.ends))
-        return [*actions, *self._sent_to_all(sent)] if question.unit == BROADCAST else actions
+        if not question.answered:
+            self._over(sent, sent.ends, now, job.id)
+        return actions
 
     def _send(self, question: Question, now: float) -> tuple[list[Action], Transaction]:
         sent = self._wire.begin(question, self._units.patience(question), now)
@@ -238,14 +248,9 @@ class Line:
 
     # What became of a transaction
 
-    def _sent_to_all(self, sent: Transaction) -> list[Action]:
-        """A broadcast is over when it is out. Nobody answers, so nothing is known of its effect."""
-        self._over(sent, sent.ends + BROADCAST_PAUSE)
-        return told(sent, Silent(), sent.ends)
-
     def _replied(self, done: Transaction, reply: Reply, now: float) -> list[Action]:
         unit = self._units[done.question.unit]
-        self._over(done, now + self.gap)
+        self._over(done, now, now)
         result = self._counted(reply)
         news = self._heard(unit, now)
         if done.question.doubtful:
@@ -269,7 +274,7 @@ class Line:
 
     def _timed_out(self, done: Transaction, now: float) -> list[Action]:
         unit = self._units[done.question.unit]
-        self._over(done, max(now, self._free_at))
+        self._over(done, max(done.ends, self._free_at - self.gap), now)
         if done.heard:
             self.counters.damaged += 1
         else:
@@ -286,11 +291,19 @@ class Line:
         down = UnitDown(done.question.unit, now, reason)
         return [*actions, down, *failed_blocks(self.plan, [unit], now)]
 
-    def _over(self, done: Transaction, free_at: float) -> None:
-        """The transaction is off the wire; the next may begin at ``free_at``."""
+    def _over(self, done: Transaction, silent_since: float, now: float, job: int | None = None) -> None:
+        """The transaction is off the wire, which is silent since an instant. ``job`` is done when the
+        silence after it is over too: nobody answers it."""
         self._current = None
-        self._free_at = free_at
+        self._free_at = max(now, silent_since + self.gap)
+        pause_ends = silent_since + self._units.pause(done.question)
+        if job is not None or pause_ends > self._free_at:
+            self._pauses.keep(done.question.unit, max(pause_ends, self._free_at), job)
         self._wire.learn(done)
+        self._account(done, max(pause_ends, self._free_at))
+
+    def _account(self, done: Transaction, free_at: float) -> None:
+        """Note what the transaction took of the line, until the next could begin."""
         self._record.used(done.began, free_at)
         self._schedule.spent(done.question.choice, free_at - done.began)
         if isinstance(done.question.choice, Probe):
@@ -305,6 +318,7 @@ class Line:
             choice = done.question.choice
             if isinstance(choice, Waiting) and not done.question.aside:
                 actions.append(JobDone(choice.job.id, Silent(damaged=done.heard), now))
+        actions += [JobDone(job, Silent(), now) for job in self._pauses.drop()]
         return actions + [JobDone(job.id, Unsent("line_down"), now) for job in self._schedule.drain()]
 
     def _doubt(self, done: Transaction) -> None:
@@ -336,7 +350,7 @@ class Line:
         self._schedule.replan(self.plan, down, now)
 
     def _read_cost(self, unit: int, count: int) -> float:
-        return self._wire.read_cost(count, self._planned[unit])
+        return self._wire.read_cost(count, self._planned[unit], self._units.facts(unit).pause_read)
 
     def _follow_drift(self, unit: Unit, now: float) -> list[Action]:
         """Make the plan anew when a unit turns out faster or slower than it was planned."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from gateway.line.interface import Read, UnitFacts, Want, Write
 from gateway.mapping.profile import Table
@@ -15,7 +16,12 @@ _FUNCTIONS = {Table.HOLDING: pdu.READ_HOLDING, Table.INPUT: pdu.READ_INPUT}
 
 def request_of(facts: UnitFacts, asked: Read | Write) -> pdu.Request:
     """The one request that does what is asked. Raises `ValueError` when the unit cannot take it."""
-    return _read(facts, asked) if isinstance(asked, Read) else _write(facts, asked)
+    return understood(facts, _read(facts, asked) if isinstance(asked, Read) else _write(facts, asked))
+
+
+def understood(facts: UnitFacts, request: pdu.Request) -> pdu.Request:
+    """The request, whose error replies are known in every form that the unit gives them."""
+    return replace(request, error_functions=facts.error_functions) if facts.error_functions else request
 
 
 def check_want(facts: UnitFacts, want: Want) -> None:
@@ -46,6 +52,7 @@ def broadcast_facts(units: Sequence[UnitFacts]) -> UnitFacts:
         write_one=pdu.WRITE_MANY if pdu.WRITE_MANY in functions else pdu.WRITE_ONE,
         readable=(),
         probe=(0, 0),
+        pause_broadcast=max((facts.pause_broadcast for facts in units), default=0.0),
     )
 
 

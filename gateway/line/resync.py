@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from gateway.line.interface import UnitFacts
+from gateway.line.requests import understood
 from gateway.modbus import pdu
 
 _NONCES = 0x10000
@@ -63,7 +64,7 @@ class Suspicion:
         read = next((request for request in self._reads() if self.tells_apart(request)), None)
         if self._facts.loop_back and (read is None or pdu.DIAGNOSTICS not in self._functions):
             self._nonce = (self._nonce + _STEP) % _NONCES
-            return pdu.loop_back(self._nonce)
+            return understood(self._facts, pdu.loop_back(self._nonce))
         return read
 
     def _reads(self) -> Iterator[pdu.Request]:
@@ -72,4 +73,4 @@ class Suspicion:
             return
         for low, high in self._facts.readable:
             for count in range(1, min(self._facts.read_max, high - low + 1) + 1):
-                yield pdu.read_registers(low, count)
+                yield understood(self._facts, pdu.read_registers(low, count))

@@ -24,6 +24,10 @@ ReadyAt = Callable[[int], float]
 """The instant from which a unit may be asked; infinite while it is held to be down."""
 
 
+def _always(unit: int) -> float:
+    return -math.inf
+
+
 @dataclass(slots=True)
 class Due:
     """A planned read and when it is next due."""
@@ -126,9 +130,11 @@ class Schedule:
             self._jobs.remove(entry)
         return [entry.job for entry in gone]
 
-    def choose(self, now: float, ready_at: ReadyAt, probe: Probe | None = None) -> Choice | None:
+    def choose(
+        self, now: float, ready_at: ReadyAt, probe: Probe | None = None, stop_at: ReadyAt = _always
+    ) -> Choice | None:
         """What should go out now; None when nothing is due. Nothing is taken out."""
-        if (stop := self._first(Priority.STOP, now, _always)) is not None:
+        if (stop := self._first(Priority.STOP, now, stop_at)) is not None:
             return stop
         reads = self._due_reads(now, ready_at)
         if not reads:
@@ -150,12 +156,12 @@ class Schedule:
         ):
             self._owed = max(0.0, self._owed - seconds)
 
-    def wake(self, ready_at: ReadyAt) -> float:
+    def wake(self, ready_at: ReadyAt, stop_at: ReadyAt = _always) -> float:
         """When something is next due or expires; infinite when nothing ever is."""
         times = [max(due.at, ready_at(due.unit)) for due in self._reads]
         for entry in self._jobs:
-            ready = -math.inf if entry.job.priority is Priority.STOP else ready_at(entry.unit)
-            times.append(min(ready, _expiry(entry.job)))
+            ready = stop_at if entry.job.priority is Priority.STOP else ready_at
+            times.append(min(ready(entry.unit), _expiry(entry.job)))
         return min(times, default=math.inf)
 
     def _first(self, priority: Priority, now: float, ready_at: ReadyAt) -> Waiting | None:
@@ -197,10 +203,6 @@ def _hurry(plan: Plan, down: Collection[int]) -> float:
         return 1.0
     load = sum(block.cost / block.period for block in plan.blocks if block.unit not in down)
     return min(1.0, max(EAGER * load, 1 / plan.stretch))
-
-
-def _always(unit: int) -> float:
-    return -math.inf
 
 
 def _by_deadline(choice: Choice) -> float:

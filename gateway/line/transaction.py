@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from gateway.line.schedule import Choice
+from gateway.line.interface import Write
+from gateway.line.requests import BROADCAST
+from gateway.line.schedule import Choice, Waiting
 from gateway.modbus.framing import Framing, Seeker
 from gateway.modbus.pdu import EXCEPTION_LENGTH, Reply, Request
 from gateway.modbus.timing import Timing
@@ -25,6 +27,19 @@ class Question:
     aside: bool = False
     doubtful: bool = False
     late: frozenset[int] = frozenset()
+
+    @property
+    def write(self) -> Write | None:
+        """The write that it carries out, None when it reads."""
+        if self.aside or not isinstance(self.choice, Waiting):
+            return None
+        asked = self.choice.job.request
+        return asked if isinstance(asked, Write) else None
+
+    @property
+    def answered(self) -> bool:
+        """True when a reply is to be awaited."""
+        return self.unit != BROADCAST and not (self.write and self.write.silent)
 
 
 @dataclass(slots=True)
@@ -56,7 +71,9 @@ class Transaction:
         return None
 
     def _may_be_late(self, reply: Reply) -> bool:
-        return reply.exception is not None and self.question.request.function in self.question.late
+        late, request = self.question.late, self.question.request
+        shared = bool(late) and bool(request.error_functions)  # such a byte names no function
+        return reply.exception is not None and (shared or request.function in late)
 
 
 class Wire:
@@ -92,7 +109,7 @@ class Wire:
         length = normal if reply.exception is None else EXCEPTION_LENGTH
         return max(0.0, now - transaction.ends - self.timing.duration(self.framing.size(length)))
 
-    def read_cost(self, count: int, turnaround: float) -> float:
-        """Seconds of line that reading ``count`` registers takes."""
+    def read_cost(self, count: int, turnaround: float, pause: float = 0.0) -> float:
+        """Seconds of line that reading ``count`` registers takes, with the silence after it."""
         request, reply = self.framing.size(5), self.framing.size(2 + 2 * count)
-        return self.timing.transaction(request, reply, turnaround)
+        return self.timing.transaction(request, reply, turnaround, pause)

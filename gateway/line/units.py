@@ -46,8 +46,8 @@ class Units:
     def question(self, choice: Choice, now: float) -> Question | None:
         """What to ask so that no late answer is mistaken for the reply; None: leave the unit alone."""
         request = self._request(choice)
-        if choice.unit == BROADCAST:
-            return Question(BROADCAST, request, choice)
+        if not (question := Question(choice.unit, request, choice)).answered:
+            return question
         suspicion = self._units[choice.unit].suspicion
         late = suspicion.late(now)
         if suspicion.tells_apart(request):
@@ -62,9 +62,17 @@ class Units:
         suspicion.clear()
         return Question(choice.unit, request, choice)
 
+    def pause(self, question: Question) -> float:
+        """Seconds of silence that the unit needs afterwards, beside the gap."""
+        facts, write = self.facts(question.unit), question.write
+        if write is None:
+            return facts.pause_read
+        usual = facts.pause_broadcast if question.unit == BROADCAST else facts.pause_write
+        return max(usual, write.pause)
+
     def patience(self, question: Question) -> float:
         """Seconds that the unit gets until its reply begins. A write's outcome is worth the longest wait."""
-        if question.unit == BROADCAST:
+        if not question.answered:
             return 0.0
         unit = self._units[question.unit]
         if isinstance(question.choice, Probe):

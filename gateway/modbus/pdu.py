@@ -40,17 +40,24 @@ _ADDRESSES = 0x10000
 class Request:
     """A request PDU, the bytes that its normal reply begins with, and that reply's length in bytes.
 
+    ``error_functions`` are function bytes by which this unit reports an error, beside function + 80H.
     Two requests whose ``shape`` is the same have replies that nothing tells apart.
     """
 
     pdu: bytes
     head: bytes
     reply_length: int
+    error_functions: tuple[int, ...] = ()
 
     @property
     def function(self) -> int:
         """The function code."""
         return self.pdu[0]
+
+    @property
+    def exceptions(self) -> tuple[int, ...]:
+        """Function bytes of the exception replies to it."""
+        return (self.function | EXCEPTION, *self.error_functions)
 
     @property
     def shape(self) -> tuple[bytes, int]:
@@ -100,7 +107,7 @@ def interpret(request: Request, pdu: bytes) -> Reply | None:
 
     Exception codes are passed on as numbers, known or not: drives have codes of their own.
     """
-    if len(pdu) == EXCEPTION_LENGTH and pdu[0] == request.function | EXCEPTION:
+    if len(pdu) == EXCEPTION_LENGTH and pdu[0] in request.exceptions:
         return Reply(exception=pdu[1])
     if len(pdu) != request.reply_length or not pdu.startswith(request.head):
         return None

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from pymodbus.framer import FramerRTU
 
-from gateway.modbus.pdu import EXCEPTION, EXCEPTION_LENGTH, Reply, Request, interpret
+from gateway.modbus.pdu import EXCEPTION_LENGTH, Reply, Request, interpret
 
 _UNIT = 1
 _CRC = 2
@@ -47,7 +47,7 @@ class RtuSeeker:
         unit = sent[:_UNIT]
         self._forms = (
             (unit + request.head, _UNIT + request.reply_length + _CRC),
-            (unit + bytes((request.function | EXCEPTION,)), _UNIT + EXCEPTION_LENGTH + _CRC),
+            *((unit + bytes((byte,)), _UNIT + EXCEPTION_LENGTH + _CRC) for byte in request.exceptions),
         )
 
     @property

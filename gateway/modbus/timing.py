@@ -26,10 +26,10 @@ class Timing:
         """Seconds that a frame of so many characters takes."""
         return characters * self.character
 
-    def transaction(self, request: int, reply: int, turnaround: float) -> float:
+    def transaction(self, request: int, reply: int, turnaround: float, pause: float = 0.0) -> float:
         """Seconds of line that an exchange takes: both frames (in characters), the unit's turnaround, and
-        the silence after it. The silence before the reply is part of the turnaround."""
-        return self.duration(request + reply) + turnaround + self.gap
+        the silence after it (at least ``pause``). The silence before the reply is part of the turnaround."""
+        return self.duration(request + reply) + turnaround + max(self.gap, pause)
 
 
 def timing_of(framing: FramingName, baud: int, form: SerialFormat, gap: float = 0.0) -> Timing:

@@ -56,7 +56,7 @@ def test_no_wrong_value_from_late_answers(unit, seed: int, share: float, most: f
     bench.quiet = False  # a late answer may arrive while we speak
     bench.run(30)
     assert wrong_values(bench) == []
-    assert len(bench.of(BlockRead)) > 10
+    assert bench.of(BlockRead), "it does not stay out of step for good"
     fake.late = lambda: 0.0
     done = len(bench.of(BlockRead))
     bench.run(20)

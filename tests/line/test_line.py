@@ -346,7 +346,7 @@ def test_broadcasts_await_nothing() -> None:
     bench.run(1.001)
     job = bench.ask(Write(0, 1, (0,)), Priority.STOP)
     bench.run(0.5)
-    assert bench.result(job) == Silent(), "nothing is known of its effect"
+    assert bench.result(job) == Answered(), "sent; nothing is known of its effect"
     assert [fake.writes for fake in bench.fakes.values()] == [[(1, (0,))]] * 2
     at = next(at for at, sent, data in bench.wire if sent and data[0] == 0)
     following = min(t for t, sent, _ in bench.wire if sent and t > at)

@@ -11,6 +11,7 @@ from gateway.commands import (
     check,
     command,
     demo,
+    explain,
     health,
     plan,
     profiles,
@@ -64,5 +65,5 @@ def _panel(title: str, *modules: object) -> None:
 
 _panel("Run", demo, run, simulate)
 _panel("Look and act", read, watch, write, command, trace, health)
-_panel("Prepare", check, plan, profiles, schema)
+_panel("Prepare", check, plan, profiles, explain, schema)
 app.add_typer(users.app, name="users", rich_help_panel="Prepare")

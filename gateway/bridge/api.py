@@ -177,6 +177,27 @@ class Health(msgspec.Struct, frozen=True, kw_only=True):
     """Empty when the journal can be written, else why not."""
 
 
+class Reading(msgspec.Struct, frozen=True, kw_only=True):
+    """One read of the present plan; times are seconds. ``cost`` is what it takes of the wire, ``age`` how
+    old a value can get at worst."""
+
+    unit: int
+    table: str
+    address: int
+    count: int
+    period: float
+    cost: float
+    age: float
+
+
+class Demand(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """Who wants a tag how often (seconds), and the read that brings it; None while nobody wants it, or
+    where it is read behind a selector."""
+
+    wanted: tuple[tuple[str, float], ...] = ()
+    reading: Reading | None = None
+
+
 class Frame(msgspec.Struct, frozen=True, array_like=True):
     """One frame of the wire trace: sent or received, when its last byte was seen, its bytes."""
 
@@ -244,6 +265,10 @@ class Bridge(Protocol):
 
     async def health(self) -> Health:
         """How the core is doing."""
+        ...
+
+    async def demand(self, tag: str) -> Demand:
+        """Who wants a tag, and how it is read."""
         ...
 
     async def trace(self, line: str) -> Sequence[Frame]:

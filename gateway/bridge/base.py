@@ -6,11 +6,13 @@ import asyncio
 from collections.abc import AsyncIterator, Mapping, Sequence
 from typing import Any, TypeVar
 
-from gateway.bridge.api import DEFAULT_TTL, BridgeError, Catalogue, Frame, Health, Update
+from gateway.bridge.api import DEFAULT_TTL, BridgeError, Catalogue, Demand, Frame, Health, Update
 from gateway.bridge.backlog import Backlog
 from gateway.bridge.messages import (
+    AskDemand,
     AskHealth,
     AskTrace,
+    DemandIs,
     Done,
     HealthIs,
     Promised,
@@ -27,7 +29,7 @@ from gateway.bridge.messages import (
 )
 from gateway.tag import Origin, Outcome, Sample, Value
 
-Call = Watch | ReadTags | WriteTag | RunCommand | AskHealth | AskTrace
+Call = Watch | ReadTags | WriteTag | RunCommand | AskHealth | AskDemand | AskTrace
 _T = TypeVar("_T")
 
 
@@ -118,6 +120,9 @@ class MessageBridge:
 
     async def health(self) -> Health:
         return _expect(await self._call(AskHealth(self._next_id())), HealthIs).health
+
+    async def demand(self, tag: str) -> Demand:
+        return _expect(await self._call(AskDemand(self._next_id(), tag)), DemandIs).demand
 
     async def trace(self, line: str) -> Sequence[Frame]:
         return _expect(await self._call(AskTrace(self._next_id(), line)), TraceIs).frames

@@ -16,6 +16,7 @@ from gateway.bridge.api import (
     Batch,
     BridgeError,
     Catalogue,
+    Demand,
     DriveState,
     Frame,
     Happened,
@@ -82,6 +83,13 @@ class AskHealth(msgspec.Struct, frozen=True, tag="ask_health"):
     id: int
 
 
+class AskDemand(msgspec.Struct, frozen=True, tag="ask_demand"):
+    """`Bridge.demand`; answered by `DemandIs`."""
+
+    id: int
+    target: str
+
+
 class AskTrace(msgspec.Struct, frozen=True, tag="ask_trace"):
     """`Bridge.trace`; answered by `TraceIs`."""
 
@@ -89,7 +97,7 @@ class AskTrace(msgspec.Struct, frozen=True, tag="ask_trace"):
     line: str
 
 
-Request = Hello | Watch | ReadTags | WriteTag | RunCommand | AskHealth | AskTrace
+Request = Hello | Watch | ReadTags | WriteTag | RunCommand | AskHealth | AskDemand | AskTrace
 
 
 class Welcome(msgspec.Struct, frozen=True, tag="welcome"):
@@ -128,6 +136,13 @@ class HealthIs(msgspec.Struct, frozen=True, tag="health"):
     health: Health
 
 
+class DemandIs(msgspec.Struct, frozen=True, tag="demand"):
+    """Answer to `AskDemand`."""
+
+    id: int
+    demand: Demand
+
+
 class TraceIs(msgspec.Struct, frozen=True, tag="trace"):
     """Answer to `AskTrace`."""
 
@@ -142,7 +157,7 @@ class Wrong(msgspec.Struct, frozen=True, tag="wrong"):
     reason: str
 
 
-Reply = Promised | Samples | Done | HealthIs | TraceIs | Wrong
+Reply = Promised | Samples | Done | HealthIs | DemandIs | TraceIs | Wrong
 Response = Welcome | Reply | Batch | Periods | DriveState | Happened | Replaced
 
 _encoder = msgspec.msgpack.Encoder()

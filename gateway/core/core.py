@@ -11,8 +11,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from gateway.bridge.messages import (
+    AskDemand,
     AskHealth,
     AskTrace,
+    DemandIs,
     HealthIs,
     Promised,
     ReadTags,
@@ -26,6 +28,7 @@ from gateway.bridge.messages import (
 )
 from gateway.core.catalogue import catalogue_of
 from gateway.core.clients import Clients
+from gateway.core.demanded import demand_for
 from gateway.core.drive import Drive
 from gateway.core.events import (
     Action,
@@ -175,6 +178,10 @@ class Core:
                 self._writes.command(session, request, self._now)
             case AskHealth(id):
                 self.clients.tell(session, HealthIs(id, self._health.report(self._now)))
+            case AskDemand(id, tag):
+                self.clients.tell(
+                    session, DemandIs(id, demand_for(tag, self.polling, self.lines, self.clients))
+                )
             case AskTrace(id, line):
                 frames = self._health.trace(line, self._now)
                 reply = Wrong(id, f"there is no line {line}") if frames is None else TraceIs(id, frames)

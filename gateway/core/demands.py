@@ -32,6 +32,10 @@ class Demands:
         """The shortest period anybody wants for a tag."""
         return min(self._by_tag.get(tag, {}).values(), default=None)
 
+    def wanted(self, tag: str) -> Mapping[int | str, float]:
+        """Who wants a tag, and how often."""
+        return self._by_tag.get(tag, {})
+
     def watchers(self, tag: str) -> Iterator[int]:
         """The sessions that want a tag."""
         return (client for client in self._by_tag.get(tag, ()) if isinstance(client, int))

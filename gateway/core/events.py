@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from gateway.bridge.messages import (
+    AskDemand,
     AskHealth,
     AskTrace,
     ReadTags,
@@ -20,7 +21,7 @@ from gateway.bridge.messages import (
 )
 from gateway.tag import Role
 
-ClientRequest = Watch | ReadTags | WriteTag | RunCommand | AskHealth | AskTrace
+ClientRequest = Watch | ReadTags | WriteTag | RunCommand | AskHealth | AskDemand | AskTrace
 
 
 @dataclass(frozen=True, slots=True)

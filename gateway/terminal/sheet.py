@@ -11,6 +11,7 @@ from gateway.mapping.profile import (
     Command,
     CommLoss,
     Condition,
+    Document,
     ErrorMeaning,
     Limits,
     Point,
@@ -54,10 +55,23 @@ def points_table(points: Iterable[Point]) -> Table:
 def command_lines(commands: Mapping[str, Command], points: Mapping[str, Point]) -> Iterator[str]:
     """The commands with their steps, a line each."""
     for command in commands.values():
-        args = " ".join(f"{arg}=({point})" for arg, point in command.args.items())
-        yield f"command {command.name} {args}".rstrip() + _only_when(command.only_when)
-        for step in command.steps:
-            yield f"  {_step_text(step, points)}"
+        first, *rest = command_text(command, points)
+        yield f"command {first}"
+        yield from (f"  {line}" for line in rest)
+
+
+def command_text(command: Command, points: Mapping[str, Point]) -> Iterator[str]:
+    """A command with its arguments and condition, then its steps, a line each."""
+    args = " ".join(f"{arg}=({point})" for arg, point in command.args.items())
+    yield f"{command.name} {args}".rstrip() + _only_when(command.only_when)
+    yield from (_step_text(step, points) for step in command.steps)
+
+
+def source_text(provenance: Provenance, documents: Mapping[str, Document]) -> str:
+    """Where something stands: ``SI-M interface card, communication manual: 9.2 (sim)``."""
+    document = documents.get(provenance.document)
+    title = document.title if document else "none"
+    return f"{title}: {provenance.place} ({provenance.document})"
 
 
 def doubt_text(provenance: Provenance) -> str:
@@ -74,7 +88,7 @@ def place_text(point: Point) -> str:
     return f"{wire}{bits}" if point.notation in ("", wire) else f"{point.notation} {wire}{bits}"
 
 
-def notes(point: Point) -> Iterator[str]:
+def notes(point: Point, doubts: bool = True) -> Iterator[str]:
     """What else there is to know of a point, each in a few words."""
     yield from (f"when {term.text}" for term in point.when)
     yield from (_case_text(case) for case in point.cases)
@@ -83,7 +97,8 @@ def notes(point: Point) -> Iterator[str]:
     yield from (f"written only when {term.text}" for term in point.only_when)
     yield from (text for text, holds in _writing_notes(point) if holds)
     yield from sorted(set(point.danger.values()))
-    yield doubt_text(point.provenance)
+    if doubts and (doubt := doubt_text(point.provenance)):
+        yield doubt
 
 
 def _writing_notes(point: Point) -> Iterator[tuple[str, bool]]:
@@ -99,7 +114,7 @@ def _row(point: Point) -> tuple[str, ...]:
     encoding = point.encoding
     symbol = encoding.symbol or ""
     unit = symbol if point.cases else f"{encoding.scale} {symbol}" if symbol else ""
-    texts = "; ".join(text for text in notes(point) if text)
+    texts = "; ".join(notes(point))
     return (
         point.name,
         place_text(point),

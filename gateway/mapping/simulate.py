@@ -45,8 +45,8 @@ class RawLock(Shape):
 class RawExternal(Shape):
     """An external fault and what demands it."""
 
-    by: Name
     trips: Name
+    by: Name | None = None
     action: Name | None = None
 
 
@@ -73,6 +73,7 @@ class RawSimulate(Shape):
     alarms: dict[str, Integer] = Field(default_factory=dict)
     external_fault: RawExternal | None = None
     reset: Name | None = None
+    reset_when: Terms | None = None
     actions: dict[str, Literal["decelerate", "coast", "decelerate_fast", "keep_running"]] = Field(
         default_factory=dict
     )

@@ -65,10 +65,11 @@ class Lock:
 
 @dataclass(frozen=True, slots=True)
 class External:
-    """An external fault: the point that demands it, the fault it trips, the point that tells the action."""
+    """An external fault: the fault that it trips, the point that demands it (None: only a broadcast can),
+    the point or setting that tells the action."""
 
-    by: str
     trips: str
+    by: str | None = None
     action: str | None = None
 
 
@@ -112,6 +113,8 @@ class Simulate:
     external_fault: External | None = None
     reset: str | None = None
     """Point whose rising edge resets the faults."""
+    reset_when: Condition = ()
+    """Neither it nor a broadcast resets them otherwise."""
     actions: Mapping[str, Reaction] = field(default_factory=_nothing)
     """What the named values of an action mean."""
     comm_timeout: float | None = None

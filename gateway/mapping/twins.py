@@ -29,6 +29,7 @@ _CONDITIONS = (
     "coast_when",
     "forward_only_when",
     "initialise_when",
+    "reset_when",
 )
 _PLAIN = ("actions", "comm_timeout", "refuses", "saving", "restart_time")
 
@@ -131,10 +132,11 @@ class TwinMaker:
         if raw is None:
             return None
         place: Path = (SECTION, "external_fault")
-        self._known(raw.by, self._points, (*place, "by"))
+        if raw.by is not None:
+            self._known(raw.by, self._points, (*place, "by"))
         if raw.action is not None:
             self._known(raw.action, {**self._points, **self._settings}, (*place, "action"))
-        return External(raw.by, raw.trips, raw.action)
+        return External(raw.trips, raw.by, raw.action)
 
     def _locks(self, raw: RawSimulate) -> Iterable[Lock]:
         known = dict.fromkeys([*self._points, *self._groups])

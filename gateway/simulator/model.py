@@ -161,7 +161,7 @@ class TwinModel:
             action = self._trouble.action(external.action)
             self._trouble.strike(external.trips, action)
         reset = self._reset_input
-        if reset and not self._reset_held:
+        if reset and not self._reset_held and self.bank.holds(self._facts.reset_when):
             self._reset_faults()
         self._reset_held = reset
         self._motion.held_back = self._motion.held_back and self._motion.commanded.run
@@ -170,7 +170,10 @@ class TwinModel:
     def _demanded(self) -> bool:
         """An external fault is commanded."""
         external = self._facts.external_fault
-        return external is not None and (self.bank.on(external.by) or self._held.get("external_fault", False))
+        if external is None:
+            return False
+        commanded = external.by is not None and self.bank.on(external.by)
+        return commanded or self._held.get("external_fault", False)
 
     @property
     def _reset_input(self) -> bool:

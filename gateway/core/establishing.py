@@ -16,7 +16,7 @@ from gateway.core.meaning import Meaningless, meaning_of
 from gateway.core.procedure import (
     Ask,
     Effect,
-    exchange,
+    read,
 )
 from gateway.core.saying import explain
 from gateway.core.store import Store
@@ -74,7 +74,7 @@ def fresh_sample(
     oldest = now if point.kind is Kind.PARAMETER else now - FRESH_SECONDS
     if held is None or held.sample.quality is not Quality.GOOD or held.at < oldest:
         request = Read(drive.unit, point.address, point.words)
-        finished = yield from exchange(request, Priority.COMMAND, now + READ_SECONDS)
+        finished = yield from read(request, Priority.COMMAND, now + READ_SECONDS)
         held = store.get(drive.tag(point.name))
         if not isinstance(finished.result, Answered) or held is None:
             raise refuse(Cause.PRECONDITION, f"{why}, {UNREADABLE}: {explain(drive, finished)}")
@@ -123,5 +123,5 @@ def is_already(ask: Ask, store: Store, point: Point, raw: int, now: float) -> Ge
     if not point.access.readable or point.select:
         return False
     request = Read(ask.drive.unit, point.address, point.words)
-    finished = yield from exchange(request, Priority.COMMAND, now + READ_SECONDS)
+    finished = yield from read(request, Priority.COMMAND, now + READ_SECONDS)
     return isinstance(finished.result, Answered) and extract(point.encoding, finished.result.words) == raw

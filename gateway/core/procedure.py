@@ -11,9 +11,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from gateway.core.drive import Drive
-from gateway.line.interface import Priority, Read, Result, Write
+from gateway.line.interface import Priority, Read, Result, Silent, Write
 from gateway.mapping.profile import Condition
 from gateway.tag import Instant, Origin, Outcome
+
+READ_AGAIN = 2
+"""Times that a read without an answer is asked again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,6 +106,16 @@ def exchange(
 ) -> Generator[Effect, Any, Finished]:
     """Carry out one transaction."""
     finished: Finished = yield Exchange(request, priority, deadline, condition)
+    return finished
+
+
+def read(request: Read, priority: Priority, deadline: float | None) -> Generator[Effect, Any, Finished]:
+    """Carry out a read; one that is not answered is asked again, since reading twice is reading."""
+    finished = yield from exchange(request, priority, deadline)
+    for _ in range(READ_AGAIN):
+        if not isinstance(finished.result, Silent):
+            break
+        finished = yield from exchange(request, priority, deadline)
     return finished
 
 

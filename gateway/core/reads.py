@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
 from gateway.core.drive import Drive
 from gateway.core.polling import Polling
-from gateway.line.interface import Answered, Read, Refused, Result, Unsent
+from gateway.core.procedure import READ_AGAIN
+from gateway.line.interface import Answered, Read, Refused, Result, Silent, Unsent
 from gateway.mapping.profile import Point
 from gateway.tag import Instant, Quality, Sample
 
@@ -30,6 +32,18 @@ class Pending:
     starting: bool = True
 
 
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """A read under way for some tags of a request. A read without an answer is asked again."""
+
+    pending: Pending
+    tags: tuple[str, ...]
+    line: str
+    request: Read
+    deadline: float
+    tries: int = 0
+
+
 class Reads:
     """All reads on request that are under way."""
 
@@ -39,7 +53,7 @@ class Reads:
         self._read_selected = read_selected
         self._last_selected = 0
         self._pending: list[Pending] = []
-        self._jobs: dict[int, tuple[Pending, tuple[str, ...]]] = {}
+        self._jobs: dict[int, Asked] = {}
 
     def start(self, tags: Sequence[str], max_age: float, reply: Reply, now: Instant) -> None:
         """Answer with a sample per tag: from the store where it is young enough, else from the drive."""
@@ -63,13 +77,16 @@ class Reads:
 
     def job_done(self, job: int, result: Result, at: float, now: Instant) -> None:
         """What became of a read; the values of an answered one are in the store already."""
-        pending, tags = self._jobs.pop(job)
+        asked = self._jobs.pop(job)
+        asked.pending.jobs.discard(job)
+        if isinstance(result, Silent) and asked.tries < READ_AGAIN:
+            self._ask_line_for(dataclasses.replace(asked, tries=asked.tries + 1), now)
+            return
         if not isinstance(result, Answered):
             quality, reason = _quality(result)
-            for tag in tags:
-                pending.bad[tag] = Sample(tag, None, quality, now.wall, 0.0, None, reason)
-        pending.jobs.discard(job)
-        self._answer_if_complete(pending, now)
+            for tag in asked.tags:
+                asked.pending.bad[tag] = Sample(tag, None, quality, now.wall, 0.0, None, reason)
+        self._answer_if_complete(asked.pending, now)
 
     def _young(self, tag: str, max_age: float, now: Instant) -> bool:
         held = self._polling.store.get(tag)
@@ -77,11 +94,16 @@ class Reads:
 
     def _ask(self, pending: Pending, drive: Drive, points: list[Point], now: Instant) -> None:
         for address, count in spans(points, drive.facts.read_max):
-            request = Read(drive.unit, address, count)
-            job = self._ask_line(drive.line, request, now.mono + READ_SECONDS)
             inside = tuple(drive.tag(p.name) for p in points if address <= p.address < address + count)
-            self._jobs[job] = (pending, inside)
-            pending.jobs.add(job)
+            asked = Asked(
+                pending, inside, drive.line, Read(drive.unit, address, count), now.mono + READ_SECONDS
+            )
+            self._ask_line_for(asked, now)
+
+    def _ask_line_for(self, asked: Asked, now: Instant) -> None:
+        job = self._ask_line(asked.line, asked.request, asked.deadline)
+        self._jobs[job] = asked
+        asked.pending.jobs.add(job)
 
     def _ask_selected(self, pending: Pending, tag: str, now: Instant) -> None:
         self._last_selected -= 1

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from gateway.core.drive import Drive
 from gateway.core.guard import Ended
 from gateway.core.polling import Polling
-from gateway.core.procedure import Ask, Lane, Procedure, exchange
+from gateway.core.procedure import Ask, Lane, Procedure, read
 from gateway.core.sending import select
 from gateway.line.interface import Answered, Priority, Read
 from gateway.mapping.profile import Point
@@ -99,7 +99,7 @@ class SelectedReads:
             yield Lane()
             yield from select(ask, point)
             request = Read(drive.unit, point.address, point.words)
-            finished = yield from exchange(request, Priority.COMMAND, ask.deadline)
+            finished = yield from read(request, Priority.COMMAND, ask.deadline)
         except Ended as ended:
             done(Sample(tag, None, Quality.REFUSED, self._now.wall, 0.0, None, ended.outcome.reason))
             return ended.outcome

@@ -20,6 +20,7 @@ from gateway.core.procedure import (
     Prove,
     exchange,
     note,
+    read,
 )
 from gateway.core.saying import ended, intent
 from gateway.core.store import Store
@@ -117,7 +118,7 @@ def _read_words(
     if ask.urgent:
         return fresh
     for address in ask.drive.unknown_words(points):
-        finished = yield from exchange(Read(ask.drive.unit, address, 1), Priority.COMMAND, deadline)
+        finished = yield from read(Read(ask.drive.unit, address, 1), Priority.COMMAND, deadline)
         if not isinstance(finished.result, Answered):
             raise ended(ask.drive, finished, f"register {address:04X}H could not be read first: ")
         fresh[address] = finished.result.words[0]

@@ -77,7 +77,7 @@ class TwinMaker:
             "codes": MappingProxyType(self._codes(raw.codes)),
             "history": tuple(self._listed(raw.history, self._points, (SECTION, "history"))),
             "alarms": MappingProxyType(dict(raw.alarms)),
-            "external_fault": self._external(raw.external_fault),
+            "external_fault": self._external(raw.external_fault, raw.alarms),
             "locks": tuple(self._locks(raw)),
             "restarts": MappingProxyType(self._restarts(raw.restarts)),
         }
@@ -89,6 +89,7 @@ class TwinMaker:
         except FormError:
             return self._number(text, key)
         self._known(text, {**self._points, **self._settings}, (SECTION, key))
+        self._conditions.used.add(text)
         return text
 
     def _number(self, text: str, key: str) -> Fraction:
@@ -104,7 +105,7 @@ class TwinMaker:
             path: Path = (SECTION, "factory", text)
             try:
                 first = self._notations.find(text).address
-                found |= {first + index: forms.integer(value) for index, value in enumerate(row)}
+                found |= {first + index: _word(value) for index, value in enumerate(row)}
             except FormError as error:
                 self._report.error(path, error.message, error.remedy, key=True)
         return found
@@ -128,10 +129,11 @@ class TwinMaker:
                 self._report.error((SECTION, "codes", name), error.message, error.remedy)
         return found
 
-    def _external(self, raw: RawExternal | None) -> External | None:
+    def _external(self, raw: RawExternal | None, alarms: Mapping[str, int]) -> External | None:
         if raw is None:
             return None
         place: Path = (SECTION, "external_fault")
+        self._known(raw.trips, {**self._points, **alarms}, (*place, "trips"))
         if raw.by is not None:
             self._known(raw.by, self._points, (*place, "by"))
         if raw.action is not None:
@@ -172,3 +174,11 @@ class TwinMaker:
             return name
         self._report.unknown_name(path, f"there is no `{name}`", nearest(name, list(known)), key=key)
         return None
+
+
+def _word(text: str) -> int:
+    """The contents of one register."""
+    word = forms.integer(text)
+    if not 0 <= word <= 0xFFFF:
+        raise FormError(f"`{text}` does not fit a register", "write 0 to FFFFH")
+    return word

@@ -29,8 +29,8 @@ class Bench:
         self.outbox = Outbox()
         self.now = Instant(100.0, WALL)
         self.runner = Runner(self.bridge, Role.OPERATOR, "mqtt://b:1883")
-        topics = Topics("plant7", "gw1")
         drives = self.bridge.catalogue.drives
+        topics = Topics("plant7", "gw1", drives)
         self.commander = Commander(topics, drives, self.runner, self.outbox, lambda: self.now)
 
     def send(self, name: str, document: Any = None, *, retain: bool = False, **extras: Any) -> None:
@@ -141,7 +141,15 @@ async def test_at_the_end_what_is_unfinished_is_unknown_and_what_is_new_refused(
     assert (answers["b"]["verdict"], answers["b"]["cause"]) == ("refused", "shutting_down")
 
 
-async def test_an_unknown_point_is_for_the_core_to_refuse(bench: Bench) -> None:
+async def test_what_is_at_no_topic_is_refused_where_it_was_asked(bench: Bench) -> None:
     bench.send("no_such_point", {"id": 1, "v": 1, "epoch": EPOCH})
+    ((topic, answer),) = await bench.answers()
+    assert topic == "plant7/fan-1/ack/no_such_point"
+    assert (answer["id"], answer["cause"]) == (1, "unknown_tag")
+    assert bench.bridge.writes == []
+
+
+async def test_an_unwritable_point_is_for_the_core_to_refuse(bench: Bench) -> None:
+    bench.send("running", {"id": 1, "v": True, "epoch": EPOCH})
     await bench.answers()
-    assert bench.bridge.writes[0][0] == "fan-1.no_such_point"
+    assert bench.bridge.writes[0][0] == "fan-1.running"

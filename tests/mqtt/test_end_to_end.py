@@ -15,6 +15,7 @@ from tests.fakes import FakeBridge, small_catalogue
 from tests.mqtt.brokers import BrokerProcess
 from tests.mqtt.conftest import adapter, section
 from tests.mqtt.spy import Spy
+from tests.northbound import named_catalogue
 
 FREQUENCY = "plant7/fan-1/state/output_frequency"
 GATEWAY = "plant7/_gateway/gw1/status"
@@ -198,6 +199,39 @@ async def test_a_drive_of_another_gateway_is_left_alone(broker: BrokerProcess) -
         await spy.until(ACK)
         assert [w[0] for w in bridge.writes] == ["fan-1.frequency_command"]
         assert not [m for m in spy.seen if m.topic.startswith("plant7/pump-9/ack")]
+
+
+async def test_a_site_may_call_everything_otherwise(broker: BrokerProcess) -> None:
+    bridge = FakeBridge(named_catalogue(), section(broker.port))
+    async with Spy(broker.port, broker.version, "plant7/#", "hall2/#") as spy, adapter(bridge):
+        epoch = await epoch_of(spy)
+        bridge.push(hertz(12.0))
+        await spy.until("hall2/fan/state/speed/hz", lambda d: d["v"] == 12.0)
+        data = await spy.until("hall2/fan/data", lambda d: "output_frequency" in d["values"])
+        assert data.json["values"]["output_frequency"]["v"] == 12.0
+        spy.send("hall2/fan/cmd/speed/set", {"id": 1, "v": 30, "epoch": epoch})
+        await spy.until("hall2/fan/ack/speed/set", lambda d: d["verdict"] == "confirmed")
+        spy.send("hall2/fan/cmd/frequency_command", {"id": 2, "v": 30, "epoch": epoch})
+        await spy.until("hall2/fan/ack/frequency_command", lambda d: d["cause"] == "unknown_tag")
+        spy.send("hall2/fan/cmd/halt", {})
+        await spy.until("hall2/fan/ack/halt", lambda d: d["verdict"] == "confirmed")
+        assert [(tag, value) for tag, value, *_ in bridge.writes] == [("fan-1.frequency_command", 30)]
+        assert [name for _, name, *_ in bridge.commands] == ["stop"]
+        assert not [seen.topic for seen in spy.seen if seen.topic.startswith("plant7/fan-1")]
+
+
+async def test_more_drives_than_one_subscription_takes(broker: BrokerProcess) -> None:
+    fan = small_catalogue().drives[0]
+    names = [f"fan-{number}" for number in range(2 * protocol.FILTERS + 1)]
+    fans = tuple(msgspec.structs.replace(fan, name=name) for name in names)
+    bridge = FakeBridge(msgspec.structs.replace(small_catalogue(), drives=fans), section(broker.port))
+    async with Spy(broker.port, broker.version) as spy, adapter(bridge):
+        await epoch_of(spy)
+        for name in names:
+            spy.send(f"plant7/{name}/cmd/stop", {})
+        for name in names:
+            await spy.until(f"plant7/{name}/ack/stop", lambda d: d["verdict"] == "confirmed")
+        assert sorted(drive for drive, *_ in bridge.commands) == sorted(names)
 
 
 async def test_without_commands_in_the_section_none_are_taken(broker: BrokerProcess) -> None:

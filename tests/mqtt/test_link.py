@@ -3,8 +3,15 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from typing import Any
 
+import pytest
+from paho.mqtt.client import Client
+from paho.mqtt.packettypes import PacketTypes
+from paho.mqtt.reasoncodes import ReasonCode
+
+from gateway.northbound.mqtt import protocol
 from gateway.northbound.mqtt.connection import Connection
 from gateway.northbound.mqtt.link import Link
 from gateway.northbound.mqtt.message import Lane, Message
@@ -64,6 +71,23 @@ async def test_what_was_dropped_is_told_once_the_broker_keeps_up() -> None:
         link.pump()
     events = [json.loads(m.payload) for m in sink.sent if m.topic == "plant7/_gateway/gw1/event"]
     assert [(event["name"], event["v"]) for event in events] == [("messages_lost", 7)]
+
+
+async def test_filters_that_the_broker_refuses_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    connection = Connection(settings_of(section(1)).broker, 5, "e", ("w", b""))
+    asked: list[int] = []
+
+    def answer(client: Client, topics: Sequence[str], version: int) -> None:
+        asked.append(len(topics))
+        names = ("Granted QoS 1" if topic != "b/3" else "Not authorized" for topic in topics)
+        codes = [ReasonCode(PacketTypes.SUBACK, name) for name in names]
+        connection._on_subscribe(client, None, 1, codes, None)
+
+    monkeypatch.setattr(protocol, "subscribe", answer)
+    filters = [f"a/{number}" for number in range(protocol.FILTERS)] + ["b/1", "b/2", "b/3"]
+    assert await connection.subscribe(filters) == ["b/3"]
+    assert asked == [protocol.FILTERS, 3]
+    connection.close()
 
 
 async def test_a_message_that_the_broker_would_not_take_is_left_out() -> None:

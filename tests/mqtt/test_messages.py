@@ -1,4 +1,4 @@
-"""Topics, payloads, settings and the outbox."""
+"""Payloads, settings and the outbox."""
 
 from __future__ import annotations
 
@@ -6,8 +6,6 @@ import json
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from gateway.bridge.api import DriveState
 from gateway.northbound.mqtt import outbox as outbox_module
@@ -15,63 +13,14 @@ from gateway.northbound.mqtt import payload
 from gateway.northbound.mqtt.message import Lane, Message
 from gateway.northbound.mqtt.outbox import Outbox
 from gateway.northbound.mqtt.settings import SettingsError, settings_of
-from gateway.northbound.mqtt.topics import TopicError, Topics, check_drive, check_level
 from gateway.tag import Cause, Outcome, Quality, Sample, Verdict
 from tests.fakes import small_catalogue
 from tests.mqtt.conftest import section
+from tests.northbound import named_catalogue
 
-TOPICS = Topics("plant7", "gw1")
 FAN = small_catalogue().drives[0]
 POINTS = {point.name: point for point in FAN.points}
 TIME = 1_800_000_000_123_456_789
-names = st.from_regex(r"[a-z0-9_-]{1,12}", fullmatch=True)
-
-
-@settings(deadline=None)
-@given(names, names)
-def test_a_command_topic_names_its_drive_and_point(drive: str, name: str) -> None:
-    assert TOPICS.command(f"plant7/{drive}/cmd/{name}") == (drive, name)
-    assert TOPICS.ack(drive, name) == f"plant7/{drive}/ack/{name}"
-
-
-@pytest.mark.parametrize(
-    "topic", ["plant8/fan-1/cmd/x", "plant7/fan-1/ack/x", "plant7/fan-1/cmd", "plant7//cmd/x", "plant7"]
-)
-def test_other_topics_are_no_commands(topic: str) -> None:
-    assert TOPICS.command(topic) is None
-
-
-@pytest.mark.parametrize("name", ["", "a b", "a/b", "+", "#", "a\0", "a\n"])
-def test_names_that_no_broker_takes(name: str) -> None:
-    with pytest.raises(TopicError):
-        check_level(name)
-    with pytest.raises(TopicError):
-        Topics(name, "gw1")
-
-
-def test_names_that_are_taken() -> None:
-    with pytest.raises(TopicError, match="rename"):
-        check_drive("_gateway")
-    with pytest.raises(TopicError, match="broker"):
-        Topics("$SYS", "gw1")
-
-
-@pytest.mark.parametrize(
-    ("topic", "allowed"),
-    [
-        ("me/answers", True),
-        ("plant77/x", True),
-        ("plant7", False),
-        ("plant7/fan-1/cmd/stop", False),
-        ("plant7/fan-1/state/running", False),
-        ("$share/x", False),
-        ("me/+", False),
-        ("#", False),
-        ("", False),
-    ],
-)
-def test_answers_go_only_where_they_can_forge_nothing(topic: str, allowed: bool) -> None:
-    assert TOPICS.foreign(topic) is allowed
 
 
 def test_state_of_a_number() -> None:
@@ -135,6 +84,14 @@ def test_meta_tells_what_a_client_needs_to_know() -> None:
     assert meta["points"]["run_source"]["values"] == {"0": "line", "1": "operator_or_terminals"}
     argument = meta["commands"]["run_forward"]["args"]["frequency"]
     assert argument == {"type": "number", "unit": "Hz", "range": [0.0, 60.0], "point": "frequency_command"}
+
+
+def test_meta_tells_topics_that_are_not_the_name() -> None:
+    meta = json.loads(payload.meta(named_catalogue().drives[0], "gw1", []))
+    assert meta["points"]["output_frequency"]["topic"] == "speed/hz"
+    assert "topic" not in meta["points"]["running"]
+    assert meta["commands"]["stop"]["topic"] == "halt"
+    assert "topic" not in meta["commands"]["run_forward"]
 
 
 def test_an_answer_says_false_and_zero_read_back() -> None:

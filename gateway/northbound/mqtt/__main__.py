@@ -11,9 +11,9 @@ import sys
 from gateway.bridge.api import BridgeError
 from gateway.bridge.client import connect_fd
 from gateway.log import configure
+from gateway.northbound.mqtt.levels import TopicError
 from gateway.northbound.mqtt.service import serve
 from gateway.northbound.mqtt.settings import SettingsError
-from gateway.northbound.mqtt.topics import TopicError
 
 BRIDGE_CLOSED = 75
 """Exit code: the core is gone; start again when it is back (EX_TEMPFAIL)."""

@@ -14,7 +14,7 @@ from gateway.northbound.mqtt.order import Order, read_order
 from gateway.northbound.mqtt.outbox import Outbox
 from gateway.northbound.mqtt.request import RejectedError, lenient_id, refused
 from gateway.northbound.mqtt.runner import LIMIT, Runner
-from gateway.northbound.mqtt.topics import Topics
+from gateway.northbound.mqtt.topics import Target, Topics
 from gateway.tag import Cause, Instant, Outcome
 
 RETAINED = "retained: a command is meant once, now (publish it without retain, and clear the topic)"
@@ -35,7 +35,7 @@ class Reply:
 class Commander:
     """Takes the commands of one broker for the drives of one catalogue.
 
-    Messages for other drives are left alone: another gateway of the same site answers those.
+    Messages for other drives are left alone: another gateway answers those.
     """
 
     def __init__(
@@ -57,29 +57,43 @@ class Commander:
 
     def receive(self, incoming: Incoming) -> None:
         """Take one message. Returns at once; the answer comes when there is one."""
-        drive, name = self._topics.command(incoming.topic) or ("", "")
-        if drive not in self._drives:
+        target = self._topics.command(incoming.topic)
+        if target is None:
             return
         if incoming.retain:
-            self._refuse_retained(drive, name, incoming)
+            self._refuse_retained(target, incoming)
             return
         try:
-            order = read_order(self._drives[drive], name, incoming)
+            order = self._read(target, incoming)
         except RejectedError as error:
-            self._answer(self._reply(drive, name, error.id, incoming), error.outcome)
+            self._answer(self._reply(target, error.id, incoming), error.outcome)
             return
-        self._begin(order, self._reply(drive, name, order.id, incoming))
+        self._begin(order, self._reply(target, order.id, incoming))
 
-    def _refuse_retained(self, drive: str, name: str, incoming: Incoming) -> None:
+    def _read(self, target: Target, incoming: Incoming) -> Order:
+        """The order in a message.
+
+        Raises:
+            RejectedError: also when nothing is at its topic. A name is not tried instead: what the site
+                calls otherwise may be something else here.
+        """
+        if not target.name:
+            log.warning("nothing can be commanded at %s", incoming.topic)
+            reason = "nothing can be commanded at this topic (the drive's meta topic tells what there is)"
+            raise RejectedError(refused(Cause.UNKNOWN_TAG, reason), lenient_id(incoming.payload)[0])
+        return read_order(self._drives[target.drive], target.name, incoming)
+
+    def _refuse_retained(self, target: Target, incoming: Incoming) -> None:
         """A retained command is an old one that the broker repeats to whoever connects; told as an event
         too, because its sender may be long gone. (An empty one only clears the topic.)"""
         if not incoming.payload:
             return
         id, by = lenient_id(incoming.payload)
         log.warning("retained command on %s refused", incoming.topic)
+        name = target.name or target.place
         event = payload.command_refused(name, Cause.RETAINED, RETAINED, by, incoming.arrived.wall)
-        self._outbox.put(Message(self._topics.event(drive), event, Lane.ANSWER))
-        self._answer(self._reply(drive, name, id, incoming), refused(Cause.RETAINED, RETAINED))
+        self._outbox.put(Message(self._topics.event(target.drive), event, Lane.ANSWER))
+        self._answer(self._reply(target, id, incoming), refused(Cause.RETAINED, RETAINED))
 
     def _begin(self, order: Order, reply: Reply) -> None:
         if order.is_stop:
@@ -114,8 +128,8 @@ class Commander:
         elif not first.wait(reply):
             self._answer(reply, refused(Cause.OVERFLOW, "repeated too often before its answer was there"))
 
-    def _reply(self, drive: str, name: str, id: str | int | None, incoming: Incoming) -> Reply:
-        topics = [self._topics.ack(drive, name)]
+    def _reply(self, target: Target, id: str | int | None, incoming: Incoming) -> Reply:
+        topics = [self._topics.ack(target)]
         if incoming.response_topic is not None and self._topics.foreign(incoming.response_topic):
             topics.append(incoming.response_topic)
         return Reply(tuple(topics), id, incoming.correlation)

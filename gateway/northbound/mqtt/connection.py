@@ -10,7 +10,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -41,6 +41,8 @@ class Answer:
     """What the broker said to CONNECT or SUBSCRIBE."""
 
     granted: bool
+    refused: tuple[int, ...] = ()
+    """Of a SUBSCRIBE that was answered, the filters that were refused."""
     reason: str = ""
     version: bool = False
     """It does not speak this version of MQTT."""
@@ -103,16 +105,21 @@ class Connection:
         if not answer.granted:
             raise RefusedError(answer)
 
-    async def subscribe(self, topics: str) -> bool:
-        """Subscribe; False when the broker refuses it.
+    async def subscribe(self, topics: Sequence[str]) -> list[str]:
+        """Subscribe; the topics that the broker refuses.
 
         Raises:
             TimeoutError: if the broker does not answer.
         """
-        self._answer = self._loop.create_future()
-        protocol.subscribe(self._client, topics, self.version)
-        self._sync_writer()
-        return (await self._await_answer()).granted
+        refused: list[str] = []
+        for first in range(0, len(topics), protocol.FILTERS):
+            some = topics[first : first + protocol.FILTERS]
+            self._answer = self._loop.create_future()
+            protocol.subscribe(self._client, some, self.version)
+            self._sync_writer()
+            answer = await self._await_answer()
+            refused += [some[i] for i in answer.refused] if answer.granted else some
+        return refused
 
     @property
     def room(self) -> bool:
@@ -225,11 +232,11 @@ class Connection:
         version = name == "Unsupported protocol version"
         self._window = min(WINDOW, getattr(more, "ReceiveMaximum", WINDOW))
         self._largest = getattr(more, "MaximumPacketSize", LARGEST_PACKET)
-        self._give_answer(Answer(not code.is_failure, f"broker refuses: {name}", version=version))
+        self._give_answer(Answer(not code.is_failure, reason=f"broker refuses: {name}", version=version))
 
     def _on_subscribe(self, client: Client, data: Any, mid: int, codes: list[ReasonCode], more: Any) -> None:
-        refused = [code.getName() for code in codes if code.is_failure]
-        self._give_answer(Answer(not refused, ", ".join(refused)))
+        refused = tuple(index for index, code in enumerate(codes) if code.is_failure)
+        self._give_answer(Answer(granted=True, refused=refused))
 
     def _give_answer(self, answer: Answer) -> None:
         if not self._answer.done():

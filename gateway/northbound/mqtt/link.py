@@ -108,10 +108,11 @@ class Link:
         if self._receive is None:
             return False
         connection.on_message = self._receive
-        granted = await connection.subscribe(self._topics.commands)
-        if not granted:
-            log.error("broker refuses the subscription to %s: no commands come in", self._topics.commands)
-        return granted
+        wanted = self._topics.commands
+        refused = await connection.subscribe(wanted)
+        for topic in refused:
+            log.error("broker refuses the subscription to %s: no commands come in from there", topic)
+        return len(refused) < len(wanted)
 
     def _begin(self, connection: Connection, commands: bool) -> None:
         """Publish what is retained, the birth last: who sees it knows that all the rest is current."""

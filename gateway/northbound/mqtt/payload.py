@@ -149,7 +149,13 @@ def _point(point: PointInfo, published: bool) -> dict[str, Any]:
         help=point.help,
         source=point.source,
         doubt=point.doubt,
+        topic=_elsewhere(point),
     )
+
+
+def _elsewhere(member: PointInfo | CommandInfo) -> str:
+    """What stands in its topics, if that is not its name."""
+    return "" if member.topic == member.name else member.topic
 
 
 def _access(point: PointInfo) -> str:
@@ -160,7 +166,7 @@ def _access(point: PointInfo) -> str:
 
 def _command(command: CommandInfo) -> dict[str, Any]:
     args = {arg.name: _present(**_shape(arg), point=arg.point) for arg in command.args}
-    return {"args": args, "role": command.role.value} | _present(help=command.help)
+    return {"args": args, "role": command.role.value} | _present(help=command.help, topic=_elsewhere(command))
 
 
 def _shape(info: PointInfo | ArgumentInfo) -> dict[str, Any]:

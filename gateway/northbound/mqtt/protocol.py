@@ -6,6 +6,7 @@ import contextlib
 import os
 import socket
 import ssl
+from collections.abc import Sequence
 from typing import Any, Literal, cast
 
 from paho.mqtt.client import Client, MQTTMessage
@@ -23,6 +24,8 @@ KEEPALIVE = 20
 CONNECT_TIMEOUT = 5.0
 WINDOW = 50
 """Most messages sent and not yet confirmed; paho gets slower with more."""
+FILTERS = 8
+"""Most filters in one SUBSCRIBE packet; some brokers take no more."""
 LARGEST_INCOMING = 65_536
 """Bytes; an MQTT 5 broker keeps longer packets to itself."""
 
@@ -72,13 +75,14 @@ def connect(client: Client, broker: Broker, version: Version) -> None:
     client.connect(broker.host, broker.port, KEEPALIVE, **clean)
 
 
-def subscribe(client: Client, topics: str, version: Version) -> None:
-    """Subscribe with QoS 1. MQTT 5 is asked not to send what is retained, and to keep the retain flag on
-    what passes by."""
+def subscribe(client: Client, topics: Sequence[str], version: Version) -> None:
+    """Subscribe to at most `FILTERS` topics with QoS 1. MQTT 5 is asked not to send what is retained, and to
+    keep the retain flag on what passes by."""
     if version == 5:
-        client.subscribe(topics, options=SubscribeOptions(qos=1, retainAsPublished=True, retainHandling=2))
+        options = SubscribeOptions(qos=1, retainAsPublished=True, retainHandling=2)
+        client.subscribe([(topic, options) for topic in topics])
     else:
-        client.subscribe(topics, qos=1)
+        client.subscribe([(topic, 1) for topic in topics])
 
 
 def publish(client: Client, message: Message, version: Version) -> int:

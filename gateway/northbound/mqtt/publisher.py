@@ -10,16 +10,12 @@ from gateway.northbound.mqtt import payload
 from gateway.northbound.mqtt.message import Lane, Message
 from gateway.northbound.mqtt.outbox import Outbox
 from gateway.northbound.mqtt.rules import Filter, Rule
-from gateway.northbound.mqtt.topics import Topics, check_drive, check_level
+from gateway.northbound.mqtt.topics import Topics
 from gateway.tag import Instant, Quality, Sample, split_tag, tag_of
 
 
 class Publisher:
-    """Publishes one generation of the catalogue.
-
-    Raises:
-        TopicError: if a drive or point has a name that cannot stand in a topic.
-    """
+    """Publishes one generation of the catalogue."""
 
     def __init__(self, topics: Topics, catalogue: Catalogue, rules: dict[str, Rule], outbox: Outbox) -> None:
         self._topics = topics
@@ -95,11 +91,5 @@ class Publisher:
 
 def _published_points(catalogue: Catalogue, rules: Iterable[str]) -> dict[str, PointInfo]:
     wanted = set(rules)
-    points = {}
-    for drive in catalogue.drives:
-        check_drive(drive.name)
-        for point in drive.points:
-            tag = tag_of(drive.name, check_level(point.name))
-            if tag in wanted:
-                points[tag] = point
-    return points
+    known = {tag_of(drive.name, point.name): point for drive in catalogue.drives for point in drive.points}
+    return {tag: point for tag, point in known.items() if tag in wanted}

@@ -51,7 +51,7 @@ class Generation:
     def __init__(self, bridge: Bridge, outbox: Outbox) -> None:
         catalogue = bridge.catalogue
         settings = settings_of(bridge.section)
-        topics = Topics(catalogue.site, catalogue.gateway)
+        topics = Topics(catalogue.site, catalogue.gateway, catalogue.drives)
         self._bridge = bridge
         self._outbox = outbox
         self._topics = topics

@@ -1,104 +1,140 @@
-"""The names of the gateway's topics, and which names can be levels of a topic.
+"""The names of the gateway's topics.
 
 ::
 
-    <site>/<drive>/state/<point>            retained: the present value
-    <site>/<drive>/data                     values that were read together
-    <site>/<drive>/event                    what happened
-    <site>/<drive>/meta                     retained: points and commands
-    <site>/<drive>/status                   retained: does the drive answer
-    <site>/<drive>/cmd/<point or command>   to the gateway
-    <site>/<drive>/ack/<point or command>   the answer
-    <site>/_gateway/<gateway>/status        retained: birth and will
+    <drive>/state/<point>            retained: the present value
+    <drive>/data                     values that were read together
+    <drive>/event                    what happened
+    <drive>/meta                     retained: points and commands
+    <drive>/status                   retained: does the drive answer
+    <drive>/cmd/<point or command>   to the gateway
+    <drive>/ack/<point or command>   the answer
+    <site>/_gateway/<gateway>/status   retained: birth and will
+    <site>/_gateway/<gateway>/event
+
+``<drive>`` is what the site calls the drive's tree, ``<site>/<drive name>`` if it calls it nothing;
+``<point>`` likewise the point's own name. Both may have several levels.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from gateway.bridge.api import CommandInfo, DriveInfo, PointInfo
+from gateway.northbound.mqtt.levels import TopicError, check_level, check_levels, is_below
 
 RESERVED = "_gateway"
-"""Stands where a drive's name would stand; no drive may have this name."""
+"""The gateway's own topics are below ``<site>/_gateway``; no drive's may be there."""
+BRANCHES = ("state", "data", "event", "meta", "status", "cmd", "ack")
+"""What a drive's tree branches into."""
 
 
-class TopicError(ValueError):
-    """A name that cannot be a level of a topic."""
+class Target(NamedTuple):
+    """What a command topic addresses. ``name`` is the point or command, empty when the drive has none
+    there; ``place`` is what stands behind ``cmd/``."""
+
+    drive: str
+    name: str
+    place: str
 
 
-def check_level(name: str) -> str:
-    """Give ``name`` back if it can be one level of a topic on every broker, else raise `TopicError`."""
-    if not name or any(c in "/+#" or c.isspace() or not c.isprintable() for c in name):
-        raise TopicError(f"{name!r} cannot be part of an MQTT topic: no /, +, # or spaces (rename it)")
-    return name
-
-
-def check_drive(name: str) -> str:
-    """As `check_level`, for a name that stands where a drive's does."""
-    if name == RESERVED:
-        raise TopicError(
-            f"a drive cannot be named {RESERVED}: the gateway's own topics are there (rename it)"
-        )
-    return check_level(name)
-
-
-@dataclass(frozen=True, slots=True)
 class Topics:
-    """The topics of one gateway."""
+    """The topics of one gateway.
 
-    site: str
-    gateway: str
+    Raises:
+        TopicError: if a name cannot stand in a topic, or two things would have the same one.
+    """
 
-    def __post_init__(self) -> None:
-        check_level(self.site)
-        check_level(self.gateway)
-        if self.site.startswith("$"):
-            raise TopicError(f"site {self.site!r}: topics that begin with $ belong to the broker (rename it)")
+    def __init__(self, site: str, gateway: str, drives: Iterable[DriveInfo] = ()) -> None:
+        self._site = check_level(site)
+        self._own = f"{site}/{RESERVED}/{check_level(gateway)}"
+        _check_first(site)
+        self._trees: dict[str, str] = {}
+        self._places: dict[tuple[str, str], str] = {}
+        self._targets: dict[str, Target] = {}
+        for drive in drives:
+            self._add_drive(drive)
+        self._check_trees()
 
     def state(self, drive: str, point: str) -> str:
         """Present value of a point."""
-        return f"{self.site}/{drive}/state/{point}"
+        return f"{self._trees[drive]}/state/{self._places[drive, point]}"
 
     def data(self, drive: str) -> str:
         """Values of a drive that were read together."""
-        return f"{self.site}/{drive}/data"
+        return f"{self._trees[drive]}/data"
 
     def event(self, drive: str) -> str:
-        """Events of a drive; of the gateway itself when ``drive`` is empty."""
-        return f"{self.site}/{drive or f'{RESERVED}/{self.gateway}'}/event"
+        """Events of a drive; of the gateway itself for any other name."""
+        return f"{self._trees.get(drive, self._own)}/event"
 
     def meta(self, drive: str) -> str:
         """What a drive offers."""
-        return f"{self.site}/{drive}/meta"
+        return f"{self._trees[drive]}/meta"
 
     def status(self, drive: str) -> str:
         """Whether a drive answers."""
-        return f"{self.site}/{drive}/status"
+        return f"{self._trees[drive]}/status"
 
-    def ack(self, drive: str, name: str) -> str:
-        """Answers to commands for ``name``."""
-        return f"{self.site}/{drive}/ack/{name}"
+    def ack(self, target: Target) -> str:
+        """Answers to the commands for a target."""
+        return f"{self._trees[target.drive]}/ack/{target.place}"
 
     @property
     def gateway_status(self) -> str:
         """Birth and will of the gateway."""
-        return f"{self.site}/{RESERVED}/{self.gateway}/status"
+        return f"{self._own}/status"
 
     @property
-    def commands(self) -> str:
-        """The filter that catches every command of the site, other gateways' drives included."""
-        return f"{self.site}/+/cmd/#"
+    def commands(self) -> tuple[str, ...]:
+        """The filters that catch the commands for our drives, one for each of them."""
+        return tuple(f"{tree}/cmd/#" for tree in self._trees.values())
 
-    def command(self, topic: str) -> tuple[str, str] | None:
-        """Drive and name that a command topic addresses; None for any other topic."""
-        site, _, rest = topic.partition("/")
-        drive, _, rest = rest.partition("/")
-        kind, _, name = rest.partition("/")
-        return (drive, name) if site == self.site and kind == "cmd" and drive and name else None
+    def command(self, topic: str) -> Target | None:
+        """What a command topic addresses, exactly; None for a topic that is no command for our drives."""
+        if (known := self._targets.get(topic)) is not None:
+            return known
+        for drive, tree in self._trees.items():
+            if topic.startswith(f"{tree}/cmd/"):
+                return Target(drive, "", topic.removeprefix(f"{tree}/cmd/"))
+        return None
 
     def foreign(self, topic: str) -> bool:
         """True when answers may be sent to ``topic`` because a client asks for it.
 
-        Nothing inside the site's own tree (the gateway would lend its rights to forge a state, an answer
-        or a command), no wildcards, nothing of the broker's.
+        Nothing inside the trees of the site and of our drives (the gateway would lend its rights to forge a
+        state, an answer or a command), no wildcards, nothing of the broker's.
         """
-        own = topic == self.site or topic.startswith(f"{self.site}/")
+        own = any(is_below(topic, tree) for tree in (self._site, *self._trees.values()))
         return bool(topic) and not own and not topic.startswith("$") and not set(topic) & set("+#\0")
+
+    def _add_drive(self, drive: DriveInfo) -> None:
+        tree = self._trees[drive.name] = drive.topic or f"{self._site}/{check_level(drive.name)}"
+        _check_first(check_levels(tree))
+        if is_below(tree, f"{self._site}/{RESERVED}"):
+            raise TopicError(f"{drive.name}: the gateway's own topics are below {RESERVED} (rename it)")
+        members: list[PointInfo | CommandInfo] = [*drive.points, *drive.commands]
+        for member in members:
+            self._add_member(drive.name, tree, member)
+
+    def _add_member(self, drive: str, tree: str, member: PointInfo | CommandInfo) -> None:
+        place = self._places[drive, member.name] = check_levels(member.topic or member.name)
+        topic = f"{tree}/cmd/{place}"
+        if topic in self._targets:
+            both = f"{self._targets[topic].name} and {member.name}"
+            raise TopicError(f"{drive}: {both} would both be at {topic} (give one of them another topic)")
+        self._targets[topic] = Target(drive, member.name, place)
+
+    def _check_trees(self) -> None:
+        """No drive's tree may be another's, or lie inside one of its branches."""
+        for name, tree in self._trees.items():
+            for other, above in self._trees.items():
+                inside = any(is_below(tree, f"{above}/{branch}") for branch in BRANCHES)
+                if inside or (tree == above and name != other):
+                    raise TopicError(f"topics of {name} and {other} mix at {tree} (give one another topic)")
+
+
+def _check_first(topic: str) -> None:
+    if topic.startswith("$"):
+        raise TopicError(f"{topic!r}: topics that begin with $ belong to the broker (rename it)")

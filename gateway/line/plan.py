@@ -21,13 +21,18 @@ Cost = Callable[[int, int], float]
 
 def make_plan(wants: Iterable[Want], units: Mapping[int, UnitFacts], cost: Cost) -> Plan:
     """The plan for all that is wanted, periods stretched where the line cannot hold them."""
+    return fit(make_drafts(wants, units, cost))
+
+
+def make_drafts(wants: Iterable[Want], units: Mapping[int, UnitFacts], cost: Cost) -> list[Draft]:
+    """The blocks for all that is wanted, each at the period that is wanted."""
     groups: dict[tuple[int, str], list[Want]] = {}
     for want in wants:
         groups.setdefault((want.unit, want.table), []).append(want)
     drafts: list[Draft] = []
     for (unit, _), group in sorted(groups.items()):
         drafts += _UnitPlan(units[unit], cost).drafts(group)
-    return fit(drafts)
+    return drafts
 
 
 @dataclass(frozen=True, slots=True)

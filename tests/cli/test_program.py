@@ -89,6 +89,33 @@ def test_an_overloaded_line_is_a_finding(site: Path) -> None:
     ran = gateway("plan", site)
     assert ran.code == 1
     assert "stretched" in ran.out
+    assert "fits: " in ran.out
+
+
+def test_what_if(site: Path) -> None:
+    (as_it_is,) = gateway("plan", site, "--json").objects
+    (slower,) = gateway(
+        "plan", site, "--json", "--what-if", "rates.fast=500ms", "--what-if", "baud=2400"
+    ).objects
+    assert (as_it_is["baud"], slower["baud"]) == (9600, 2400)
+    assert {block["wanted"] for block in slower["blocks"]} == {0.5, 1.0, 30.0}
+    (quicker,) = gateway("plan", site, "--json", "--what-if", "reply=5ms").objects
+    assert quicker["blocks"][0]["cost"] < as_it_is["blocks"][0]["cost"]
+
+
+@pytest.mark.parametrize(
+    ("word", "says"),
+    [
+        ("speed=9", "'speed' cannot be changed on paper; baud, reply and rates.<class> can"),
+        ("rates.fats=1s", "there is no rate class 'fats' (did you mean fast?)"),
+        ("rates.fast=0s", "'0s' is no duration like 500ms or 2s"),
+        ("baud=fast", "'fast' is no line speed"),
+        ("baud", "NAME=VALUE is expected, not 'baud'"),
+    ],
+)
+def test_what_cannot_be_planned_is_2(site: Path, word: str, says: str) -> None:
+    ran = gateway("plan", site, "--what-if", word)
+    assert (ran.code, ran.err) == (2, f"error: {says}\n")
 
 
 def test_profiles_as_list_as_table_as_data() -> None:

@@ -1,0 +1,109 @@
+"""A site on paper: what each of its lines will have to do. Pure.
+
+Planned is for what the default rule of an MQTT section asks and what a drive's watchdog needs: every readable
+point that is no parameter, at the period of its class. A client may want more or less; then the core plans
+anew.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from gateway.core.drive import Drive, is_polled
+from gateway.core.lines import settings_of
+from gateway.core.polling import Polling
+from gateway.line.forecast import Forecast, Setup, forecast
+from gateway.line.interface import Block, Want
+from gateway.line.repairs import Repair, repairs
+from gateway.mapping.profile import Kind
+from gateway.mapping.site import LineConfig, Site
+
+WATCHER = "plan"
+
+
+@dataclass(frozen=True, slots=True)
+class LinePlan:
+    """What a line will do, and what to change where that is not enough."""
+
+    line: LineConfig
+    forecast: Forecast
+    repairs: tuple[Repair, ...]
+
+    def drive(self, unit: int) -> str:
+        """The name of the drive at a unit address."""
+        return next(drive.name for drive in self.line.drives if drive.unit == unit)
+
+    def points(self, block: Block) -> list[str]:
+        """The points that a read brings, in the order of the profile."""
+        config = next(drive for drive in self.line.drives if drive.unit == block.unit)
+        return [point.name for point in Drive(config).points_in(block.address, block.count)]
+
+
+def line_plans(site: Site, turnaround: float | None = None) -> list[LinePlan]:
+    """The plan of every line. ``turnaround`` is how many seconds each drive is taken to need before it
+    replies; None: what its profile says is usual."""
+    plans = []
+    for line in site.lines:
+        setup = setup_of(site, line, turnaround)
+        plans.append(LinePlan(line, forecast(setup), tuple(repairs(setup))))
+    return plans
+
+
+def setup_of(site: Site, line: LineConfig, turnaround: float | None = None) -> Setup:
+    """A line and its default demand, for the planner."""
+    drives = [Drive(config) for config in line.drives]
+    losses = {config.unit: config.profile.serial.comm_loss.after for config in line.drives}
+    return Setup(
+        settings=settings_of(line),
+        units=tuple(drive.facts for drive in drives),
+        wants=_by_class(_wants(drives, line.name, site.rates), site.rates),
+        bauds=_common_bauds(line),
+        comm_loss={unit: after for unit, after in losses.items() if after is not None},
+        turnaround=turnaround,
+    )
+
+
+def with_rates(site: Site, rates: Mapping[str, float]) -> Site:
+    """The site with other periods (seconds) for some rate classes."""
+    return replace(site, rates={**site.rates, **rates})
+
+
+def with_baud(site: Site, baud: int) -> Site:
+    """The site with another speed on all serial lines."""
+    lines = [line if line.framing == "tcp" else replace(line, baud=baud) for line in site.lines]
+    return replace(site, lines=tuple(lines))
+
+
+def _wants(drives: list[Drive], line: str, rates: Mapping[str, float]) -> list[Want]:
+    """What the core will have the line read when everything but parameters is watched."""
+    polling = Polling(drives, dict(rates), lambda samples: None)
+    polling.demands.change(
+        WATCHER,
+        {
+            drive.tag(point.name): rates[point.rate]
+            for drive in drives
+            for point in drive.profile.points.values()
+            if is_polled(point) and point.kind != Kind.PARAMETER
+        },
+    )
+    return polling.wants(line)
+
+
+def _by_class(wants: list[Want], rates: Mapping[str, float]) -> dict[str, tuple[Want, ...]]:
+    """The wants of each rate class; classes of the same period count as the first of them."""
+    names: dict[float, str] = {}
+    for name, period in rates.items():
+        names.setdefault(period, name)
+    classes: dict[str, list[Want]] = {}
+    for want in wants:
+        classes.setdefault(names.get(want.period, f"{want.period:g} s"), []).append(want)
+    return {name: tuple(found) for name, found in classes.items()}
+
+
+def _common_bauds(line: LineConfig) -> tuple[int, ...]:
+    """The speeds that all drives of a serial line speak."""
+    if line.framing == "tcp" or not line.drives:
+        return ()
+    spoken = [set(drive.profile.serial.baud) for drive in line.drives]
+    return tuple(sorted(set.intersection(*spoken)))

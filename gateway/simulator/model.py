@@ -8,14 +8,14 @@ are not modelled; their registers are there and do nothing.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 from fractions import Fraction
 
 from gateway.mapping.profile import Point
 from gateway.mapping.site import DriveConfig
 from gateway.mapping.twin import Simulate
 from gateway.simulator.amounts import Amounts
+from gateway.simulator.assumed import assumed, fitting
 from gateway.simulator.bank import Bank
 from gateway.simulator.broadcast import Receiver
 from gateway.simulator.display import Display
@@ -36,7 +36,7 @@ class TwinModel:
 
     def __init__(self, config: DriveConfig, baud: int, options: Options) -> None:
         profile = config.profile
-        facts = profile.simulate or Simulate()
+        facts = fitting(profile.simulate or Simulate(), profile.points)
         points = assumed(profile.points, facts)
         self.bank = Bank([(at, at) for at in facts.factory], points, config.settings)
         self._points = points
@@ -45,8 +45,8 @@ class TwinModel:
         self._serial = profile.serial
         self._amounts = Amounts(self.bank, facts, options)
         self._motion = Motion(self.bank, points, facts, self._amounts, options)
-        self._trouble = Trouble(self.bank, profile, points, self._motion)
-        self._rules = Rules(self.bank, profile, points, self._amounts)
+        self._trouble = Trouble(self.bank, profile, facts, points, self._motion)
+        self._rules = Rules(self.bank, profile.words, facts, points, self._amounts)
         self._memory = Memory(self.bank, points, facts)
         self._display = Display(self.bank, points, facts)
         layout = profile.broadcast
@@ -269,12 +269,3 @@ class TwinModel:
 _HELD = ("external_fault", "fault_reset")
 """Broadcast levels that stand until the next broadcast."""
 _REFUSALS = ("locked", "illegal_address", "illegal_value")
-
-
-def assumed(points: Mapping[str, Point], facts: Simulate) -> dict[str, Point]:
-    """The points, with the units that the twin assumes where the document has none."""
-    result = dict(points)
-    for name, (scale, symbol) in facts.units.items():
-        encoding = replace(points[name].encoding, scale=scale, symbol=symbol)
-        result[name] = replace(points[name], encoding=encoding)
-    return result

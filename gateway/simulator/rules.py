@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 
-from gateway.mapping.profile import Bound, Kind, Limits, Point, Profile
+from gateway.mapping.profile import Bound, Kind, Limits, Point, Word
 from gateway.mapping.twin import Lock, Simulate
 from gateway.simulator.amounts import Amounts
 from gateway.simulator.bank import Bank
@@ -19,11 +19,18 @@ _CHOSEN = (Kind.COMMAND, Kind.SETPOINT, Kind.SWITCH)
 class Rules:
     """Looks at a write before it is done."""
 
-    def __init__(self, bank: Bank, profile: Profile, points: Mapping[str, Point], amounts: Amounts) -> None:
+    def __init__(
+        self,
+        bank: Bank,
+        words: Mapping[int, Word],
+        facts: Simulate,
+        points: Mapping[str, Point],
+        amounts: Amounts,
+    ) -> None:
         self._bank = bank
         self._points = points
-        self._words = profile.words
-        self._facts = profile.simulate or Simulate()
+        self._words = words
+        self._facts = facts
         self._amounts = amounts
         self._named: dict[int, list[Point]] = {}
         for point in points.values():

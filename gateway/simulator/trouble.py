@@ -18,13 +18,15 @@ WARNING = "warning"
 class Trouble:
     """All faults of one drive. ``active`` are the names of those that have not been reset."""
 
-    def __init__(self, bank: Bank, profile: Profile, points: Mapping[str, Point], motion: Motion) -> None:
+    def __init__(
+        self, bank: Bank, profile: Profile, facts: Simulate, points: Mapping[str, Point], motion: Motion
+    ) -> None:
         self.active: set[str] = set()
         self.line_lost = False
         self._bank = bank
         self._profile = profile
         self._points = points
-        self._facts = profile.simulate or Simulate()
+        self._facts = facts
         self._motion = motion
         self._bits = tuple(p.name for p in points.values() if p.kind is Kind.FAULT and p.encoding.width == 1)
 
@@ -60,8 +62,8 @@ class Trouble:
         """What the point or setting of that name tells the drive to do; a coast where nothing is told."""
         if name is None:
             return "coast"
-        target = self._points.get(name)
-        values = target.encoding.values if target else self._profile.settings[name].values
+        point, setting = self._points.get(name), self._profile.settings.get(name)
+        values = point.encoding.values if point else setting.values if setting else {}
         return self._facts.actions.get(values.get(int(self._bank.number(name) or 0), ""), "coast")
 
     def reset(self) -> None:

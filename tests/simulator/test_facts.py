@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 
 import pytest
@@ -9,6 +10,9 @@ import pytest
 from gateway.mapping.load import profile_of
 from gateway.mapping.profile import Profile
 from gateway.mapping.twin import External, Simulate
+from gateway.simulator.build import build_drives
+from tests.simulator.master import Master
+from tests.simulator.plant import line_config, shipped
 
 PROFILE = """\
 profile: fan
@@ -132,3 +136,19 @@ def test_mistakes_are_named(section: str, message: str) -> None:
     profile, found = findings(section)
     assert profile is None
     assert any(text.startswith(message) for text in found), found
+
+
+def test_facts_about_points_that_a_drive_has_not_are_left_out() -> None:
+    """The settings of a drive may leave points out; its twin must not stumble over that."""
+    made = shipped("teco-7200gs")
+    facts = made.simulate
+    assert facts is not None
+    gone = {*facts.shows, *facts.units, *facts.history, "fault_reset", "external_fault", "comm_loss_action"}
+    points = {name: point for name, point in made.points.items() if name not in gone}
+    config = line_config()
+    drives = tuple(replace(drive, profile=replace(made, points=points)) for drive in config.drives)
+    master = Master(build_drives(replace(config, drives=drives), {})["fan-5"])
+    master.write(0x0001, 1, 1000)
+    master.wait(10, polling=False)
+    assert master.drive.state.communication_lost
+    assert master.drive.state.frequency == 0

@@ -101,3 +101,15 @@ def test_health_for_programs(site: Path) -> None:
     (health,) = gateway("health", site, "--json").objects
     assert health["lines"][0]["up"] is True
     assert health["drives"] == {"fan-1": True}
+
+
+def test_explain_tells_who_wants_a_tag(site: Path) -> None:
+    (found,) = gateway("explain", site, "fan-1.running", "--json").objects
+    assert found["running"] is True
+    assert [who["who"] for who in found["wanted"]] == ["core"]
+    assert 0 < found["wanted"][0]["period"] <= 1
+    assert found["block"]["first"] == found["block"]["last"] == "0020H"
+    assert 0 < found["period"] <= 1 and found["age"] > 0
+    assert "core every" in gateway("explain", site, "fan-1.running").out
+    (idle,) = gateway("explain", site, "fan-1.jog_frequency", "--json").objects
+    assert (idle["wanted"], idle["block"]) == ([], None)

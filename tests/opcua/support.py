@@ -9,6 +9,7 @@ from collections.abc import AsyncIterator, Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 from asyncua import Client, Node, ua
 
@@ -19,6 +20,8 @@ from gateway.users import add_user
 from tests.fakes import FakeBridge
 
 PASSWORD = "correct horse"
+CHEAP = 10
+"""Logarithm of scrypt's N for the passwords here; `test_users` takes the real one."""
 CLIENT_URI = "urn:test:client"
 FREQUENCY = "fan-1.output_frequency"
 COMMAND = "fan-1.frequency_command"
@@ -68,8 +71,9 @@ class Running:
 async def running(folder: Path, catalogue: Catalogue | None = None, **section: Any) -> AsyncIterator[Running]:
     """An adapter with three users; ``section`` overrides parts of the configuration."""
     users = folder / "users.json"
-    for role in (Role.VIEWER, Role.OPERATOR, Role.ENGINEER):
-        add_user(users, role.value, role, PASSWORD)
+    with patch("gateway.users.COST", CHEAP):
+        for role in (Role.VIEWER, Role.OPERATOR, Role.ENGINEER):
+            add_user(users, role.value, role, PASSWORD)
     whole: dict[str, Any] = {
         "endpoint": "opc.tcp://127.0.0.1:0",
         "security": ["none", "sign_and_encrypt"],

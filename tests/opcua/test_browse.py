@@ -7,7 +7,7 @@ from asyncua import Client, Node, ua
 
 from tests.opcua.support import Running, client_of, node
 
-pytestmark = pytest.mark.asyncio(loop_scope="module")
+pytestmark = pytest.mark.asyncio(loop_scope="session")
 
 
 async def names(parent: Node, reference: int = ua.ObjectIds.HierarchicalReferences) -> list[str]:

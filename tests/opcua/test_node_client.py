@@ -18,7 +18,7 @@ MODULES = Path(__file__).parents[1] / "node" / "node_modules"
 LONGEST = 60.0
 
 pytestmark = [
-    pytest.mark.asyncio(loop_scope="module"),
+    pytest.mark.asyncio(loop_scope="session"),
     pytest.mark.needs_node,
     pytest.mark.skipif(shutil.which("node") is None, reason="there is no Node.js here (apt install nodejs)"),
     pytest.mark.skipif(

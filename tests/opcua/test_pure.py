@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+import struct
 from typing import Any
 
 import pytest
 from asyncua import ua
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gateway.bridge.api import PointInfo
+from gateway.northbound.opcua.given import is_taken, value_of
 from gateway.northbound.opcua.health import service_level
 from gateway.northbound.opcua.interest import Interest, Item
 from gateway.northbound.opcua.model import variant_type
@@ -23,6 +25,39 @@ from gateway.northbound.opcua.units import engineering_units
 from gateway.tag import Cause, Outcome, Quality, Sample, Severity, ValueType, Verdict
 
 SECTION = {"endpoint": "opc.tcp://127.0.0.1:4840", "certificates": "c", "users_file": "u"}
+
+
+NUMBER_TYPES = (ua.VariantType.Double, ua.VariantType.Float)
+INTEGER_TYPES = [
+    kind
+    for kind in ua.VariantType
+    if kind.name.lstrip("S").startswith(("Int", "UInt", "Byte")) and kind.value < 10
+]
+
+
+@pytest.mark.parametrize("kind", [kind for kind in ua.VariantType if kind.name != "Null"])
+def test_types_that_clients_may_write(kind: ua.VariantType) -> None:
+    given = ua.Variant(1, kind)
+    assert len(INTEGER_TYPES) == 8
+    for integer in (ua.VariantType.Int32, ua.VariantType.Int64):
+        assert is_taken(given, integer) == (kind in INTEGER_TYPES)
+    assert is_taken(given, ua.VariantType.Double) == (kind in NUMBER_TYPES)
+    for exact in (ua.VariantType.Boolean, ua.VariantType.String):
+        assert is_taken(given, exact) == (kind is exact)
+
+
+@pytest.mark.parametrize("value", [0.0, 0.01, 12.34, 59.9, 400.0, 655.35, -0.1, 1e-30, 16777216.0])
+def test_a_float_is_the_decimal_that_was_meant(value: float) -> None:
+    (sent,) = struct.unpack("<f", struct.pack("<f", value))
+    assert value_of(ua.Variant(sent, ua.VariantType.Float)) == value
+    assert value_of(ua.Variant(sent, ua.VariantType.Double)) == sent
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.floats(width=32))
+def test_a_float_stays_the_same_float(sent: float) -> None:
+    value: Any = value_of(ua.Variant(sent, ua.VariantType.Float))
+    assert struct.pack("<f", value) == struct.pack("<f", sent)
 
 
 @pytest.mark.parametrize("quality", Quality)
@@ -84,6 +119,7 @@ actions = st.lists(
 )
 
 
+@settings(max_examples=50, deadline=None)
 @given(actions)
 def test_the_core_is_told_the_fastest_period_of_each_tag(steps: list[tuple[int, Any, float, bool]]) -> None:
     interest, told, model = Interest(), {}, {}

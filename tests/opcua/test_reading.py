@@ -9,12 +9,23 @@ from datetime import UTC, datetime
 import pytest
 from asyncua import Client, ua
 
-from gateway.tag import Quality, Sample
+from gateway.tag import Quality, Sample, Severity
 from tests.opcua.support import COMMAND, FREQUENCY, Running, client_of, eventually, good, monitor, subscribe
 
-pytestmark = pytest.mark.asyncio(loop_scope="module")
+pytestmark = pytest.mark.asyncio(loop_scope="session")
 
 AT = 1_700_000_000_123_456_000
+STATUS = {
+    Quality.GOOD: "Good",
+    Quality.STALE: "UncertainLastUsableValue",
+    Quality.WAITING: "BadWaitingForInitialData",
+    Quality.NO_COMMUNICATION: "BadNoCommunication",
+    Quality.LINE_DOWN: "BadNotConnected",
+    Quality.REFUSED: "BadNotSupported",
+    Quality.INVALID: "BadSensorFailure",
+    Quality.NOT_APPLICABLE: "BadOutOfService",
+    Quality.CONFIGURATION: "BadConfigurationError",
+}
 
 
 async def read(client: Client, name: str = FREQUENCY, **wanted: object) -> ua.DataValue:
@@ -39,26 +50,18 @@ async def test_an_unwatched_tag_is_read_from_the_core(gateway: Running) -> None:
     assert gateway.bridge.reads == [((FREQUENCY,), 1.5)]
 
 
-@pytest.mark.parametrize(
-    ("quality", "status"),
-    [
-        (Quality.STALE, "UncertainLastUsableValue"),
-        (Quality.WAITING, "BadWaitingForInitialData"),
-        (Quality.NO_COMMUNICATION, "BadNoCommunication"),
-        (Quality.LINE_DOWN, "BadNotConnected"),
-        (Quality.REFUSED, "BadNotSupported"),
-        (Quality.INVALID, "BadSensorFailure"),
-        (Quality.NOT_APPLICABLE, "BadDataUnavailable"),
-        (Quality.CONFIGURATION, "BadConfigurationError"),
-    ],
-)
+@pytest.mark.parametrize(("quality", "status"), STATUS.items())
 async def test_the_status_is_the_samples(gateway: Running, quality: Quality, status: str) -> None:
-    kept = 7.0 if quality is Quality.STALE else None
+    kept = None if quality.severity is Severity.BAD else 7.0
     gateway.bridge.samples[FREQUENCY] = Sample(FREQUENCY, kept, quality, AT)
     async with client_of(gateway) as client:
         value = await read(client)
     assert value.StatusCode.name == status
     assert value.Value.Value == kept
+
+
+async def test_no_quality_is_without_a_status() -> None:
+    assert set(STATUS) == set(Quality)
 
 
 async def test_enumerations_are_read_as_number_and_text(gateway: Running) -> None:

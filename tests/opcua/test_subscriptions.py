@@ -9,7 +9,7 @@ from gateway.bridge.api import Periods
 from gateway.tag import Quality, Sample
 from tests.opcua.support import COMMAND, FREQUENCY, Running, client_of, eventually, good, monitor, subscribe
 
-pytestmark = pytest.mark.asyncio(loop_scope="module")
+pytestmark = pytest.mark.asyncio(loop_scope="session")
 
 
 def cut(client: Client) -> None:

@@ -12,7 +12,7 @@ from asyncua import Client, ua
 from gateway.tag import Cause, Outcome, Role, Verdict
 from tests.opcua.support import COMMAND, FREQUENCY, Running, client_of, double, eventually, good, node, write
 
-pytestmark = pytest.mark.asyncio(loop_scope="module")
+pytestmark = pytest.mark.asyncio(loop_scope="session")
 
 
 def refused(cause: Cause, **more: object) -> Outcome:
@@ -69,34 +69,55 @@ async def test_a_written_value_is_never_echoed(gateway: Running) -> None:
         assert await node(client, COMMAND).read_value() == 5.0
 
 
-@pytest.mark.parametrize(
-    "extra",
-    [
-        ua.DataValue(double(1.0), SourceTimestamp=datetime.now(UTC)),
-        ua.DataValue(double(1.0), ServerTimestamp=datetime.now(UTC)),
-        ua.DataValue(double(1.0), StatusCode=ua.StatusCode(ua.StatusCodes.UncertainInitialValue)),
-    ],
-    ids=["source time", "server time", "status"],
-)
-async def test_clients_cannot_set_status_or_times(gateway: Running, extra: ua.DataValue) -> None:
+async def test_a_client_cannot_set_the_status(gateway: Running) -> None:
+    doubtful = ua.DataValue(double(1.0), StatusCode=ua.StatusCode(ua.StatusCodes.UncertainInitialValue))
     async with client_of(gateway, "operator") as client:
-        assert await code_of_write(client, COMMAND, extra) == "BadWriteNotSupported"
+        assert await code_of_write(client, COMMAND, doubtful) == "BadWriteNotSupported"
     assert gateway.bridge.writes == []
 
 
-@pytest.mark.parametrize(
-    "value",
-    [
-        ua.Variant(5, ua.VariantType.Int32),
-        ua.Variant("5", ua.VariantType.String),
-        ua.Variant([1.0], ua.VariantType.Double),
-        ua.Variant(None, ua.VariantType.Null),
-    ],
-    ids=lambda value: value.VariantType.name,
-)
-async def test_another_type_is_refused(gateway: Running, value: ua.Variant) -> None:
+async def test_a_clients_times_are_passed_over(gateway: Running) -> None:
+    at = datetime(2001, 1, 1, tzinfo=UTC)
+    gateway.bridge.samples[COMMAND] = good(COMMAND, 5.0)
+    written = ua.DataValue(double(6.0), ua.StatusCode(), SourceTimestamp=at, ServerTimestamp=at)
     async with client_of(gateway, "operator") as client:
-        assert await code_of_write(client, COMMAND, value) == "BadTypeMismatch"
+        assert await code_of_write(client, COMMAND, written) == "Good"
+        shown = await node(client, COMMAND).read_data_value()
+    assert gateway.bridge.writes[0][1] == 6.0
+    assert shown.Value.Value == 5.0
+    assert shown.SourceTimestamp > at
+
+
+async def test_the_plain_call_of_asyncua_writes(gateway: Running) -> None:
+    """``write_value`` sends a SourceTimestamp, and any integer as Int64."""
+    async with client_of(gateway, "engineer") as client:
+        await node(client, COMMAND).write_value(30.0)
+        await node(client, "fan-1.run_source").write_value(1)
+        await node(client, "fan-1.input_5").write_value(True)
+    assert [(tag, value) for tag, value, *_ in gateway.bridge.writes] == [
+        (COMMAND, 30.0),
+        ("fan-1.run_source", 1),
+        ("fan-1.input_5", True),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("tag", "kind", "value"),
+    [
+        (COMMAND, ua.VariantType.Int32, 5),
+        (COMMAND, ua.VariantType.String, "5"),
+        (COMMAND, ua.VariantType.Double, [1.0]),
+        (COMMAND, ua.VariantType.Null, None),
+        ("fan-1.run_source", ua.VariantType.Double, 1.0),
+        ("fan-1.input_5", ua.VariantType.Byte, 1),
+    ],
+    ids=lambda x: getattr(x, "name", None),
+)
+async def test_another_type_is_refused(
+    gateway: Running, tag: str, kind: ua.VariantType, value: object
+) -> None:
+    async with client_of(gateway, "engineer") as client:
+        assert await code_of_write(client, tag, ua.Variant(value, kind)) == "BadTypeMismatch"
     assert gateway.bridge.writes == []
 
 

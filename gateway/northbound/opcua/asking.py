@@ -15,9 +15,10 @@ from asyncua import ua
 
 from gateway.bridge.api import DEFAULT_TTL, ArgumentInfo, Bridge, BridgeError
 from gateway.northbound.opcua import plain
+from gateway.northbound.opcua.given import is_taken, value_of
 from gateway.northbound.opcua.model import MethodNode, Model, TagNode, variant_type
 from gateway.northbound.opcua.status import outcome_status
-from gateway.tag import Cause, Origin, Outcome, Value, Verdict
+from gateway.tag import Cause, Origin, Outcome, Verdict
 
 _log = structlog.get_logger(__name__)
 
@@ -39,8 +40,7 @@ class Asker:
         if not origin.authenticated:
             _log.warning("anonymous write refused", tag=node.tag, address=origin.address)
             return plain.status(ua.StatusCodes.BadUserAccessDenied)
-        value: Value = wanted.Value.Value.Value
-        asked = self._bridge.write(node.tag, value, origin, _ttl(patience))
+        asked = self._bridge.write(node.tag, value_of(wanted.Value.Value), origin, _ttl(patience))
         return outcome_status(await self._outcome(asked, patience, node.tag))
 
     async def call(
@@ -57,7 +57,7 @@ class Asker:
         if not origin.authenticated:
             _log.warning("anonymous call refused", drive=method.drive, address=origin.address)
             return _call_refused(ua.StatusCodes.BadUserAccessDenied)
-        args = {arg.name: value.Value for arg, value in zip(method.command.args, given, strict=True)}
+        args = {arg.name: value_of(value) for arg, value in zip(method.command.args, given, strict=True)}
         asked = self._bridge.command(method.drive, method.command.name, args, origin, _ttl(patience))
         outcome = await self._outcome(asked, patience, f"{method.drive}.{method.command.name}")
         return _call_done(outcome, len(given))
@@ -99,26 +99,17 @@ def _write_objection(wanted: ua.WriteValue, node: TagNode | None) -> int | None:
     if node is None or node.text or wanted.AttributeId != ua.AttributeIds.Value:
         return ua.StatusCodes.BadNotWritable
     value = wanted.Value
-    if wanted.IndexRange or _has_extras(value):
+    if wanted.IndexRange or _is_doubtful(value):
         return ua.StatusCodes.BadWriteNotSupported
-    if not _is_of(value.Value, node.kind):
+    if not is_taken(value.Value, node.kind):
         return ua.StatusCodes.BadTypeMismatch
     return None
 
 
-def _has_extras(value: ua.DataValue) -> bool:
-    """Status or times come from the drive, never from a client (OPC 10000-4 section 5.11.4.2)."""
-    status = value.StatusCode is not None and value.StatusCode.value != ua.StatusCodes.Good
-    return status or value.SourceTimestamp is not None or value.ServerTimestamp is not None
-
-
-def _is_of(variant: ua.Variant | None, kind: ua.VariantType) -> bool:
-    return (
-        variant is not None
-        and variant.VariantType == kind
-        and variant.Value is not None
-        and not isinstance(variant.Value, list)
-    )
+def _is_doubtful(value: ua.DataValue) -> bool:
+    """True when the client itself says that the value is not good. Its times are passed over: many clients
+    send them unasked, and the node shows the drive's read-back with its own time."""
+    return value.StatusCode is not None and value.StatusCode.value != ua.StatusCodes.Good
 
 
 def _call_objection(method: MethodNode, given: list[ua.Variant]) -> ua.CallMethodResult | None:
@@ -136,7 +127,7 @@ def _call_objection(method: MethodNode, given: list[ua.Variant]) -> ua.CallMetho
 
 
 def _argument_code(arg: ArgumentInfo, value: ua.Variant) -> int:
-    return ua.StatusCodes.Good if _is_of(value, variant_type(arg)) else ua.StatusCodes.BadTypeMismatch
+    return ua.StatusCodes.Good if is_taken(value, variant_type(arg)) else ua.StatusCodes.BadTypeMismatch
 
 
 def _call_refused(code: int) -> ua.CallMethodResult:

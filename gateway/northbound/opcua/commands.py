@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from asyncua import ua
 
-from gateway.bridge.api import ArgumentInfo, CommandInfo
+from gateway.bridge.api import ArgumentInfo, CommandInfo, DriveInfo
 from gateway.northbound.opcua.model import MethodNode, Model, variant_type
-from gateway.northbound.opcua.names import node_of, own, part_of, standard
+from gateway.northbound.opcua.names import drive_node, member_node, own, part_of, standard
 from gateway.northbound.opcua.nodes import NodeBuilder
 from gateway.northbound.opcua.plain import node_id
-from gateway.tag import tag_of
 
 OUTPUTS = (
     ("verdict", "confirmed, refused, failed, unknown, expired or superseded"),
@@ -18,15 +17,15 @@ OUTPUTS = (
 
 
 def add_command(
-    nodes: NodeBuilder, model: Model, drive: str, parent: ua.NodeId, command: CommandInfo
+    nodes: NodeBuilder, model: Model, drive: DriveInfo, parent: ua.NodeId, command: CommandInfo
 ) -> ua.NodeId:
     """Add the method of a command below ``parent``; it may be called on that object and on the drive."""
-    node = node_of(tag_of(drive, command.name))
-    nodes.method(node, own(command.name), parent, command.help)
+    node = member_node(drive, command)
+    nodes.method(node, own(command), parent, command.help)
     if command.args:
         _add_arguments(nodes, node, "InputArguments", [input_argument(arg) for arg in command.args])
     _add_arguments(nodes, node, "OutputArguments", [_output_argument(*output) for output in OUTPUTS])
-    model.methods[node] = MethodNode(drive, command, (parent, node_of(drive)))
+    model.methods[node] = MethodNode(drive.name, command, (parent, drive_node(drive)))
     return node
 
 

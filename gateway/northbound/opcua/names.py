@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from asyncua import ua
 
+from gateway.bridge.api import CommandInfo, DriveInfo, PointInfo
 from gateway.northbound.opcua.plain import node_id
+from gateway.tag import tag_of
 
 INSTANCE = 2
 """Index of ``urn:gateway:<site>``; promised to clients, never another."""
@@ -28,19 +30,24 @@ def application_uri(site: str, gateway: str) -> str:
     return f"urn:gateway:{site}:{gateway}"
 
 
-def node_of(name: str) -> ua.NodeId:
-    """NodeId of a drive (``fan-1``), a tag or a command (``fan-1.output_frequency``, ``fan-1.stop``)."""
-    return node_id(name, INSTANCE)
+def drive_node(drive: DriveInfo) -> ua.NodeId:
+    """NodeId of a drive: what the site calls it, else its name."""
+    return node_id(drive.node or drive.name, INSTANCE)
+
+
+def member_node(drive: DriveInfo, member: PointInfo | CommandInfo) -> ua.NodeId:
+    """NodeId of a point or command: what the site calls it, else ``<drive>.<point>``."""
+    return node_id(member.node or tag_of(drive.name, member.name), INSTANCE)
 
 
 def part_of(owner: ua.NodeId, part: str) -> ua.NodeId:
-    """NodeId of something that belongs to a node: ``fan-1/ParameterSet``. No drive or point holds a slash."""
+    """NodeId of something that belongs to a node: ``fan-1/ParameterSet``."""
     return node_id(f"{owner.Identifier!s}/{part}", owner.NamespaceIndex)
 
 
-def own(name: str) -> ua.QualifiedName:
+def own(named: DriveInfo | PointInfo | CommandInfo) -> ua.QualifiedName:
     """Browse name of a drive, point or command."""
-    return ua.QualifiedName(name, INSTANCE)
+    return ua.QualifiedName(named.browse or named.name, INSTANCE)
 
 
 def structural(name: str) -> ua.QualifiedName:

@@ -14,6 +14,7 @@ from asyncua import ua
 from asyncua.server.address_space import AddressSpace, AttributeValue, NodeData
 
 from gateway.northbound.opcua.plain import node_id
+from gateway.northbound.opcua.settings import SettingsError
 
 HAS_COMPONENT = node_id(ua.ObjectIds.HasComponent)
 HAS_PROPERTY = node_id(ua.ObjectIds.HasProperty)
@@ -56,7 +57,11 @@ class Shape:
 
 
 class NodeBuilder:
-    """Adds nodes. Every node hangs below a parent that is there already."""
+    """Adds nodes. Every node hangs below a parent that is there already.
+
+    Raises:
+        SettingsError: by each method that adds a node, if there is one of the same NodeId.
+    """
 
     def __init__(self, space: AddressSpace) -> None:
         self._space = space
@@ -140,7 +145,8 @@ class NodeBuilder:
 
     def _node(self, node: ua.NodeId, name: ua.QualifiedName, node_class: ua.NodeClass, text: str) -> NodeData:
         if node in self._space:
-            raise ValueError(f"there is already a node {node.to_string()}")
+            taken = node.to_string()
+            raise SettingsError(f"two nodes would be {taken} (give one another name in the site file)")
         data = NodeData(node)
         data.attributes = {
             ua.AttributeIds.NodeId: _constant(node, ua.VariantType.NodeId),

@@ -7,9 +7,9 @@ from typing import Any
 
 from asyncua import ua
 
-from gateway.bridge.api import PointInfo
+from gateway.bridge.api import DriveInfo, PointInfo
 from gateway.northbound.opcua.model import Model, TagNode, variant_type
-from gateway.northbound.opcua.names import node_of, own, part_of, standard
+from gateway.northbound.opcua.names import member_node, own, part_of, standard
 from gateway.northbound.opcua.nodes import READ, WRITE, NodeBuilder, Shape
 from gateway.northbound.opcua.plain import node_id
 from gateway.northbound.opcua.status import bad_value
@@ -18,18 +18,18 @@ from gateway.tag import ValueType, tag_of
 
 
 def add_point(
-    nodes: NodeBuilder, model: Model, drive: str, parent: ua.NodeId, point: PointInfo, *, writes: bool
+    nodes: NodeBuilder, model: Model, drive: DriveInfo, parent: ua.NodeId, point: PointInfo, *, writes: bool
 ) -> ua.NodeId:
     """Add the variable of a point, with its properties; ``writes``: the site lets anything be written."""
-    tag = tag_of(drive, point.name)
-    node, kind = node_of(tag), variant_type(point)
+    tag = tag_of(drive.name, point.name)
+    node, kind = member_node(drive, point), variant_type(point)
     shape = Shape(
         node_id(kind.value),
         node_id(type_definition(point)),
         _access(point, writes),
         describe(point.help, point.source, point.doubt),
     )
-    nodes.variable(node, own(point.name), parent, shape, bad_value(ua.StatusCodes.BadWaitingForInitialData))
+    nodes.variable(node, own(point), parent, shape, bad_value(ua.StatusCodes.BadWaitingForInitialData))
     model.add(node, TagNode(tag, point, kind))
     _add_properties(nodes, node, point)
     if point.values:

@@ -19,7 +19,7 @@ from gateway.northbound.opcua.names import (
     DRIVE_TYPE,
     FUNCTIONAL_GROUP_TYPE,
     GATEWAY,
-    node_of,
+    drive_node,
     own,
     part_of,
     structural,
@@ -72,10 +72,10 @@ def _add_gateway(nodes: NodeBuilder, catalogue: Catalogue) -> None:
 
 
 def _add_drive(nodes: NodeBuilder, model: Model, drive: DriveInfo, *, writes: bool) -> None:
-    node = node_of(drive.name)
+    node = drive_node(drive)
     nodes.object(
         node,
-        own(drive.name),
+        own(drive),
         DEVICE_SET,
         type_definition=DRIVE_TYPE,
         description=f"{drive.title}, unit {drive.unit} on line {drive.line}.",
@@ -85,7 +85,7 @@ def _add_drive(nodes: NodeBuilder, model: Model, drive: DriveInfo, *, writes: bo
     methods = part_of(node, "MethodSet")
     nodes.object(methods, structural("MethodSet"), node, description="What the drive can be told to do.")
     for command in drive.commands:
-        add_command(nodes, model, drive.name, methods, command)
+        add_command(nodes, model, drive, methods, command)
 
 
 def _add_identification(nodes: NodeBuilder, node: ua.NodeId, drive: DriveInfo) -> None:
@@ -115,7 +115,7 @@ def _add_parameters(
     nodes.object(parameters, structural("ParameterSet"), node, description="All values of the drive.")
     groups: dict[str, list[ua.NodeId]] = {}
     for point in drive.points:
-        variable = add_point(nodes, model, drive.name, parameters, point, writes=writes)
+        variable = add_point(nodes, model, drive, parameters, point, writes=writes)
         groups.setdefault(point.group, []).append(variable)
     for name, members in groups.items():
         group = part_of(node, f"group/{name}")

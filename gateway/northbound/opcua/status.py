@@ -20,7 +20,7 @@ _QUALITY: dict[Quality, int] = {
     Quality.LINE_DOWN: ua.StatusCodes.BadNotConnected,
     Quality.REFUSED: ua.StatusCodes.BadNotSupported,
     Quality.INVALID: ua.StatusCodes.BadSensorFailure,
-    Quality.NOT_APPLICABLE: ua.StatusCodes.BadDataUnavailable,
+    Quality.NOT_APPLICABLE: ua.StatusCodes.BadOutOfService,
     Quality.CONFIGURATION: ua.StatusCodes.BadConfigurationError,
 }
 

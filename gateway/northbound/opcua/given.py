@@ -1,0 +1,65 @@
+"""What a client gives to write, or as an argument: which types stand for a value of a node's type. Pure.
+
+Many clients do not look at the type of a node first: they send an integer in whatever width they use, and a
+number as Float. Nothing is guessed: an integer for a Double is refused, because it is what a client sends
+that means raw counts, and a number for a Boolean because nobody knows what it means.
+"""
+
+from __future__ import annotations
+
+import struct
+
+from asyncua import ua
+
+from gateway.tag import Value
+
+_INTEGERS = frozenset(
+    {
+        ua.VariantType.SByte,
+        ua.VariantType.Byte,
+        ua.VariantType.Int16,
+        ua.VariantType.UInt16,
+        ua.VariantType.Int32,
+        ua.VariantType.UInt32,
+        ua.VariantType.Int64,
+        ua.VariantType.UInt64,
+    }
+)
+_TAKEN: dict[ua.VariantType, frozenset[ua.VariantType]] = {
+    ua.VariantType.Int32: _INTEGERS,
+    ua.VariantType.Int64: _INTEGERS,
+    ua.VariantType.Double: frozenset({ua.VariantType.Double, ua.VariantType.Float}),
+}
+_FLOAT_DIGITS = range(6, 9)
+"""Decimal digits that every Float keeps, up to those that are one short of telling any two apart."""
+
+
+def is_taken(variant: ua.Variant | None, kind: ua.VariantType) -> bool:
+    """True when the variant holds one value that stands for a value of type ``kind``.
+
+    Whether an integer is too large for the point is for the core to say.
+    """
+    return (
+        variant is not None
+        and variant.VariantType in _TAKEN.get(kind, {kind})
+        and variant.Value is not None
+        and not isinstance(variant.Value, list)
+    )
+
+
+def value_of(variant: ua.Variant) -> Value:
+    """The value in a variant that `is_taken`."""
+    value: Value = variant.Value
+    if variant.VariantType == ua.VariantType.Float and isinstance(value, float):
+        return _shortest(value)
+    return value
+
+
+def _shortest(value: float) -> float:
+    """The shortest decimal that is this Float. A client that writes 59.9 as Float sends
+    59.90000152587890625, which would be above a limit of 59.9."""
+    for digits in _FLOAT_DIGITS:
+        decimal = float(f"{value:.{digits}g}")
+        if struct.pack("<f", decimal) == struct.pack("<f", value):
+            return decimal
+    return value

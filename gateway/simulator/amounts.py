@@ -6,7 +6,7 @@ from fractions import Fraction
 
 from gateway.mapping.profile import Bound
 from gateway.mapping.twin import Simulate
-from gateway.simulator.bank import Bank
+from gateway.simulator.bank import Bank, Exact
 from gateway.simulator.happening import Options
 
 HIGHEST = Fraction(60)
@@ -39,16 +39,16 @@ class Amounts:
     @property
     def max_frequency(self) -> Fraction:
         """Hz."""
-        return self._find("max_frequency") or HIGHEST
+        return Fraction(self._find("max_frequency") or HIGHEST)
 
     @property
     def base_frequency(self) -> Fraction:
         """Hz."""
-        return self._find("base_frequency") or self.max_frequency
+        return Fraction(self._find("base_frequency") or self.max_frequency)
 
     def seconds(self, ramp: str) -> Fraction:
         """The time of a ramp between standstill and the base frequency."""
-        return max(self._find(ramp) or SHORTEST, SHORTEST)
+        return max(Fraction(self._find(ramp) or SHORTEST), SHORTEST)
 
     @property
     def points(self) -> frozenset[str]:
@@ -56,7 +56,7 @@ class Amounts:
         frequencies = (self._facts.max_frequency, self._facts.base_frequency)
         return frozenset(bound for bound in frequencies if isinstance(bound, str))
 
-    def _find(self, key: str) -> Fraction | None:
+    def _find(self, key: str) -> Exact | None:
         bound, option = self._bounds[key]
         fixed = Fraction(option) if option is not None else None
         if isinstance(bound, str):

@@ -17,6 +17,8 @@ from gateway.simulator.slot import Slot
 Span = tuple[int, int]
 """First and last address."""
 Cells = dict[int, int]
+Exact = Fraction | int
+"""A value without rounding: whole where it counts in ones."""
 NO_SETTINGS: Mapping[str, Fraction] = MappingProxyType({})
 
 
@@ -44,6 +46,7 @@ class Bank:
         self._points = points
         self._settings = settings
         self._stores: dict[str, Cells] = {}
+        self._slots: dict[str, Slot] = {}
         self._selected: dict[int, list[Point]] = {}
         for point in points.values():
             if point.table is not Table.HOLDING:
@@ -65,6 +68,8 @@ class Bank:
             self.words.update((address, 0) for address in addresses if address not in self.words)
         store.update((address, 0) for address in addresses if address not in store)
         self._stores[point.name] = store
+        if not point.cases:
+            self._slots[point.name] = Slot(point.address, point.encoding)
 
     # -- registers --
 
@@ -108,10 +113,10 @@ class Bank:
         """The value of a point in its unit; bits count as 0 and 1. 0 while no case of it holds."""
         return float(self.exact(name))
 
-    def exact(self, name: str) -> Fraction:
+    def exact(self, name: str) -> Exact:
         """As `get`, without rounding."""
         slot = self._slot(name)
-        return Fraction(0) if slot is None else self.value(slot, slot.read(self._stores[name]))
+        return 0 if slot is None else self.value(slot, slot.read(self._stores[name]))
 
     def raw(self, name: str) -> int:
         """The raw value of a point."""
@@ -126,10 +131,10 @@ class Bank:
         """Show a value in its unit, to the nearest count."""
         slot = self._slot(name)
         if slot is not None:
-            encoding = slot.encoding
-            share = float(encoding.scale) * float(self._times(encoding))
-            count = 1 - value if encoding.active_low else (value - float(encoding.offset)) / share
-            slot.write(self._stores[name], slot.raw(count))
+            count = (value - slot.offset) / slot.scale
+            if slot.encoding.times is not None:
+                count /= float(self._times(slot.encoding))
+            slot.write(self._stores[name], slot.raw(1 - value if slot.encoding.active_low else count))
 
     def put(self, name: str, raw: int) -> None:
         """Show a raw value."""
@@ -142,17 +147,23 @@ class Bank:
         for name in names:
             self.set(name, 0)
 
-    def number(self, name: str) -> Fraction | None:
+    def steady(self, name: str) -> bool:
+        """How the point is written down depends on nothing."""
+        return name in self._slots and self._points[name].encoding.times is None
+
+    def number(self, name: str) -> Exact | None:
         """The value of a setting or point; None when nothing of that name has one."""
         if name in self._points:
             return self.exact(name)
         return self._settings.get(name)
 
-    def value(self, slot: Slot, raw: int) -> Fraction:
+    def value(self, slot: Slot, raw: int) -> Exact:
         """What a raw value means in the unit."""
         encoding = slot.encoding
         if encoding.active_low:
-            return Fraction(1 - raw)
+            return 1 - raw
+        if slot.counts:
+            return raw
         return Fraction(slot.number(raw)) * encoding.scale * self._times(encoding) + encoding.offset
 
     # -- conditions --
@@ -171,16 +182,16 @@ class Bank:
         return None if encoding is None else Slot(point.address, encoding)
 
     def _slot(self, name: str) -> Slot | None:
-        return self.slot(self._points[name])
+        return self._slots.get(name) or self.slot(self._points[name])
 
     def _encoding(self, point: Point) -> Encoding | None:
         if not point.cases:
             return point.encoding
         return next((case.encoding for case in point.cases if self.holds(case.when)), None)
 
-    def _times(self, encoding: Encoding) -> Fraction:
+    def _times(self, encoding: Encoding) -> Exact:
         """What multiplies; 1 when that is nothing, so that a value can always be shown."""
-        return (self.number(encoding.times) if encoding.times else None) or Fraction(1)
+        return (self.number(encoding.times) if encoding.times else None) or 1
 
     def _term(self, term: Term) -> bool:
         value = self.number(term.name)

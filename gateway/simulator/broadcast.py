@@ -7,7 +7,7 @@ from fractions import Fraction
 
 from gateway.mapping.profile import Broadcast, ModbusFacts
 from gateway.simulator import frame
-from gateway.simulator.bank import Bank
+from gateway.simulator.bank import Bank, Exact
 from gateway.simulator.frame import Request
 
 WRITE = 0x10
@@ -22,7 +22,7 @@ class Receiver:
         self._facts = facts
         self._bank = Bank((), layout.points, settings)
 
-    def values(self, request: Request) -> dict[str, Fraction] | None:
+    def values(self, request: Request) -> dict[str, Exact] | None:
         """What is commanded, by the names of the layout without ``_all``, in their units; None: nothing."""
         if request.function != WRITE or WRITE not in self._facts.functions:
             return None
@@ -37,8 +37,8 @@ class Receiver:
             self._bank.store(address, word)
         return self._within(addresses)
 
-    def _within(self, addresses: range) -> dict[str, Fraction] | None:
-        found = {}
+    def _within(self, addresses: range) -> dict[str, Exact] | None:
+        found: dict[str, Exact] = {}
         for point in self._layout.points.values():
             if point.address in addresses:
                 value = self._bank.exact(point.name)

@@ -21,22 +21,28 @@ class Display:
             if name in points and points[name].access.readable and points[name].kind is not Kind.PARAMETER
         }
         self._shows: Mapping[str, tuple[str, ...]] = {**own, **facts.shows}
+        self._shown: dict[str, tuple[float, ...]] = {}
+
+    def forget(self) -> None:
+        """The registers may hold something else now."""
+        self._shown.clear()
 
     def show(self, values: Mapping[str, float]) -> None:
         """Bring all of them up to date; ``values`` are those of `SHOWN`."""
         for name, sources in self._shows.items():
-            if len(sources) == 1:
-                self._show(name, self._value(sources[0], values))
-            else:
-                bits = (self._value(source, values) != 0 for source in sources)
-                self._bank.put(name, sum(on << place for place, on in enumerate(bits)))
+            found = tuple([self._value(source, values) for source in sources])
+            if self._shown.get(name) != found or not self._bank.steady(name):
+                self._shown[name] = found
+                self._show(name, found)
 
-    def _show(self, name: str, value: float) -> None:
+    def _show(self, name: str, values: tuple[float, ...]) -> None:
         codes = self._codes.get(name)
-        if codes is None:
-            self._bank.set(name, value)
+        if len(values) > 1:
+            self._bank.put(name, sum((value != 0) << place for place, value in enumerate(values)))
+        elif codes is not None:
+            self._bank.put(name, codes.get(int(values[0]), 0))
         else:
-            self._bank.put(name, codes.get(int(value), 0))
+            self._bank.set(name, values[0])
 
     def _value(self, source: str, values: Mapping[str, float]) -> float:
         found = values.get(source)

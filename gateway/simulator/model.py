@@ -206,12 +206,14 @@ class TwinModel:
 
     def _deliver(self) -> None:
         """Factory contents, with the ramps and the highest frequency of the options."""
+        self._display.forget()
         self._memory.deliver()
         self._amounts.preset(frozenset(self._points))
         self._memory.keep()
 
     def _power_up(self) -> None:
         """As after the mains came on: nothing commanded, nothing remembered but the parameters."""
+        self._display.forget()
         self._memory.power_up()
         self._trouble.forget()
         self._line_errors.clear()

@@ -8,7 +8,7 @@ from fractions import Fraction
 from gateway.mapping.profile import Bound, Kind, Limits, Point, Word
 from gateway.mapping.twin import Lock, Simulate
 from gateway.simulator.amounts import Amounts
-from gateway.simulator.bank import Bank
+from gateway.simulator.bank import Bank, Exact
 from gateway.simulator.refusal import RefusalError
 from gateway.simulator.slot import Slot
 
@@ -116,14 +116,14 @@ class Rules:
             return
         if encoding.values and point.kind in _CHOSEN and raw not in encoding.values:
             raise RefusalError("illegal_value")
-        value = self._bank.value(slot, raw)
+        value = Fraction(self._bank.value(slot, raw))
         low, high = self._range(point)
         if (low is not None and value < low) or (high is not None and value > high):
             raise RefusalError("illegal_value")
         if self._is_frequency(point, slot) and abs(value) > self._amounts.max_frequency:
             raise RefusalError("illegal_value")
 
-    def _range(self, point: Point) -> tuple[Fraction | None, Fraction | None]:
+    def _range(self, point: Point) -> tuple[Exact | None, Exact | None]:
         limits = self._limits(point)
         return (None, None) if limits is None else (self._bound(limits.low), self._bound(limits.high))
 
@@ -131,7 +131,7 @@ class Rules:
         cases = (case.limits for case in point.cases if self._bank.holds(case.when))
         return next(cases, None) or point.limits
 
-    def _bound(self, bound: Bound) -> Fraction | None:
+    def _bound(self, bound: Bound) -> Exact | None:
         """A limit that a setting holds is the plant's, not the drive's."""
         if isinstance(bound, str):
             return self._bank.exact(bound) if bound in self._points else None

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Mapping, MutableMapping
-from dataclasses import dataclass
 
 from gateway.mapping.profile import Encoding, NumberType
 
@@ -13,43 +12,51 @@ _LARGEST = 3.4e38
 """What a 32-bit floating point number can surely hold."""
 
 
-@dataclass(frozen=True, slots=True)
 class Slot:
-    """One raw value: a field of a register, a register, or several of them."""
+    """One raw value: a field of a register, a register, or several of them. Worked out once, since a
+    drive shows its values many times a second."""
 
-    address: int
-    encoding: Encoding
+    __slots__ = (
+        "_by_weight",
+        "_plain",
+        "addresses",
+        "counts",
+        "encoding",
+        "highest",
+        "offset",
+        "scale",
+        "width",
+    )
 
-    @property
-    def addresses(self) -> range:
+    def __init__(self, address: int, encoding: Encoding) -> None:
+        self.encoding = encoding
+        self.addresses = range(address, address + encoding.words)
         """The registers, in the order of their addresses."""
-        return range(self.address, self.address + self.encoding.words)
-
-    @property
-    def width(self) -> int:
-        """Bits of the value."""
-        return self.encoding.width or 16 * self.encoding.words
-
-    @property
-    def highest(self) -> int:
-        """All bits set."""
-        return (1 << self.width) - 1
+        self._by_weight = self.addresses if encoding.word_order == "low_first" else self.addresses[::-1]
+        self.width = encoding.width or 16 * encoding.words
+        self.highest = (1 << self.width) - 1
+        self.scale, self.offset = float(encoding.scale), float(encoding.offset)
+        plain_scale = encoding.scale == 1 and encoding.offset == 0 and encoding.times is None
+        self.counts = plain_scale and encoding.type is not NumberType.F32
+        """The raw value is the value."""
+        self._plain = encoding.type not in (*_SIGNED, NumberType.BCD)
 
     def read(self, cells: Mapping[int, int]) -> int:
         """The raw value: with its sign, or as the number that its decimal digits mean."""
         bits = (self._bits(cells) >> self.encoding.bit) & self.highest
-        if self.encoding.type in _SIGNED and bits >> (self.width - 1):
-            return bits - self.highest - 1
+        if self._plain:
+            return bits
         if self.encoding.type is NumberType.BCD:
             return sum((bits >> 4 * place & 0xF) * 10**place for place in range(self.width // 4))
-        return bits
+        return bits - self.highest - 1 if bits >> (self.width - 1) else bits
 
     def write(self, cells: MutableMapping[int, int], raw: int) -> None:
         """Put a raw value in, held within what fits; the other fields of the register stay."""
         bits = self._fitting(raw) << self.encoding.bit
         whole = self._bits(cells) & ~(self.highest << self.encoding.bit) | bits
-        for place, address in enumerate(self._by_weight()):
-            cells[address] = whole >> 16 * place & 0xFFFF
+        for address in self._by_weight:
+            cells[address] = whole & 0xFFFF
+            whole >>= 16
 
     def number(self, raw: int) -> float:
         """The count that a raw value stands for; it is another number only in floating point."""
@@ -65,20 +72,17 @@ class Slot:
         return round(number)
 
     def _fitting(self, raw: int) -> int:
-        if self.encoding.type in _SIGNED:
-            half = 1 << (self.width - 1)
-            return min(max(raw, -half), half - 1) & self.highest
+        if self._plain:
+            return min(max(raw, 0), self.highest)
         if self.encoding.type is NumberType.BCD:
             digits = self.width // 4
             number = min(max(raw, 0), 10**digits - 1)
             return sum(number // 10**place % 10 << 4 * place for place in range(digits))
-        return min(max(raw, 0), self.highest)
+        half = 1 << (self.width - 1)
+        return min(max(raw, -half), half - 1) & self.highest
 
     def _bits(self, cells: Mapping[int, int]) -> int:
-        return sum(cells[address] << 16 * place for place, address in enumerate(self._by_weight()))
-
-    def _by_weight(self) -> range:
-        """Addresses, that of the lowest 16 bits first."""
-        if self.encoding.word_order == "low_first":
-            return self.addresses
-        return self.addresses[::-1]
+        whole = 0
+        for address in reversed(self._by_weight):
+            whole = whole << 16 | cells[address]
+        return whole

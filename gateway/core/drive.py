@@ -71,11 +71,12 @@ class Drive:
         return self.profile.words.get(point.address) if point.encoding.width else None
 
     def unknown_words(self, points: Iterable[Point]) -> list[int]:
-        """Addresses of the words that must be read before these points can be written."""
+        """Addresses of the words that must be read before these points can be written. What cannot be
+        read is not among them: the same address may show something else."""
         addresses = []
         for point in points:
             word = self.word(point)
-            if word is None or word.address in addresses:
+            if word is None or word.address in addresses or not self._shows(word):
                 continue
             if not word.image or word.address not in self.image or word.address in self.doubtful:
                 addresses.append(word.address)
@@ -137,6 +138,10 @@ class Drive:
         self.image.clear()
         self.doubtful.clear()
         self.selection.clear()
+
+    def _shows(self, word: Word) -> bool:
+        """What was written into a word can be read from it."""
+        return any(self.profile.points[name].access.readable for name in word.fields)
 
     def _bound(self, bound: Fraction | str) -> Fraction:
         return self.config.settings[bound] if isinstance(bound, str) else bound

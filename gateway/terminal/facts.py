@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import Any
 
 from gateway.mapping.profile import ErrorMeaning, ModbusFacts, SerialFacts, Setting
@@ -47,11 +48,11 @@ def modbus_object(modbus: ModbusFacts) -> dict[str, Any]:
 def setting_object(setting: Setting) -> dict[str, Any]:
     """A fact that the site file gives per drive; without a default it must."""
     low, high = setting.low, setting.high
-    default = None if setting.default is None else float(setting.default)
+    default = None if setting.default is None else number(setting.default)
     return {
         "name": setting.name,
         "unit": setting.symbol,
-        "range": None if low is None or high is None else [float(low), float(high)],
+        "range": None if low is None or high is None else [number(low), number(high)],
         "default": setting.values.get(int(default), default) if default is not None else None,
         "values": {str(raw): name for raw, name in setting.values.items()},
         "help": setting.help,
@@ -68,6 +69,11 @@ def error_object(code: int, error: ErrorMeaning) -> dict[str, Any]:
         "retry": error.retry,
         "retry_when": [term.text for term in error.retry_when],
     }
+
+
+def number(value: Fraction) -> int | float:
+    """The nearest number of JSON."""
+    return int(value) if value.denominator == 1 else float(value)
 
 
 def _byte(value: int) -> str:

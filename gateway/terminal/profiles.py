@@ -20,7 +20,7 @@ from gateway.mapping.profile import (
     Step,
     Word,
 )
-from gateway.terminal.facts import error_object, modbus_object, serial_object, setting_object
+from gateway.terminal.facts import error_object, modbus_object, number, serial_object, setting_object
 
 
 def profile_object(profile: Profile) -> dict[str, Any]:
@@ -197,11 +197,6 @@ def range_object(limits: Limits | None) -> list[int | float | str] | None:
 def bits_of(encoding: Encoding) -> list[int] | None:
     """First and last bit of a field; None when the whole register is meant."""
     return [encoding.bit, encoding.bit + encoding.width - 1] if encoding.width else None
-
-
-def number(value: Fraction) -> int | float:
-    """The nearest number of JSON."""
-    return int(value) if value.denominator == 1 else float(value)
 
 
 def hexadecimal(value: int) -> str:

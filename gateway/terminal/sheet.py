@@ -165,6 +165,8 @@ def _loss(loss: CommLoss) -> str:
 
 def _setting_line(setting: Setting) -> str:
     facts = setting_object(setting)
+    if facts["range"]:
+        facts["range"] = "{}..{}".format(*facts["range"])
     shown = [
         f"{key} {_plain(facts[key])}"
         for key in ("unit", "range", "values", "default")

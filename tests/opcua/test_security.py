@@ -133,6 +133,26 @@ async def test_nobody_registers_servers_here(gateway: Running) -> None:
             await client.uaclient.register_server(ua.RegisteredServer(ServerUri="urn:x", ServerNames=[]))
 
 
+async def test_what_is_not_served_is_not_blamed_on_the_user(gateway: Running) -> None:
+    async with client_of(gateway, "engineer") as client:
+        with pytest.raises(ua.uaerrors.BadServiceUnsupported):
+            await client.uaclient.browse_next(ua.BrowseNextParameters(False, [b"x"]))
+        with pytest.raises(ua.uaerrors.BadServiceUnsupported):
+            await client.uaclient.history_read(ua.HistoryReadParameters())
+        for request in (ua.QueryFirstRequest(), ua.SetTriggeringRequest(), ua.CancelRequest()):
+            request.RequestHeader.AuthenticationToken = client.uaclient.session.authentication_token
+            with pytest.raises(ua.uaerrors.BadServiceUnsupported):
+                await client.uaclient.protocol.send_request(request)
+
+
+async def test_nobody_takes_over_anothers_subscription(gateway: Running) -> None:
+    async with client_of(gateway) as owner, client_of(gateway) as other:
+        number, _ = await subscribe(owner, 100)
+        wanted = ua.TransferSubscriptionsParameters(SubscriptionIds=[number], SendInitialValues=True)
+        (result,) = await other.uaclient.transfer_subscriptions(wanted)
+        assert result.StatusCode.name == "BadSubscriptionIdInvalid"
+
+
 async def test_nodes_cannot_be_added(gateway: Running) -> None:
     async with client_of(gateway, "engineer") as client:
         with pytest.raises(ua.uaerrors.BadUserAccessDenied):

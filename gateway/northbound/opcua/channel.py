@@ -40,6 +40,17 @@ _SESSIONLESS = {
     node_id(ua.ObjectIds.CloseSecureChannelRequest_Encoding_DefaultBinary),
 }
 
+_UNSERVED = {
+    node_id(ua.ObjectIds.BrowseNextRequest_Encoding_DefaultBinary),
+    node_id(ua.ObjectIds.QueryFirstRequest_Encoding_DefaultBinary),
+    node_id(ua.ObjectIds.QueryNextRequest_Encoding_DefaultBinary),
+    node_id(ua.ObjectIds.HistoryReadRequest_Encoding_DefaultBinary),
+    node_id(ua.ObjectIds.HistoryUpdateRequest_Encoding_DefaultBinary),
+    node_id(ua.ObjectIds.SetTriggeringRequest_Encoding_DefaultBinary),
+    node_id(ua.ObjectIds.CancelRequest_Encoding_DefaultBinary),
+}
+"""asyncua would blame the user's rights, or say of a history that it does not keep that it is empty."""
+
 _OVERLAPPING = {
     node_id(ua.ObjectIds.ReadRequest_Encoding_DefaultBinary): 64,
     node_id(ua.ObjectIds.WriteRequest_Encoding_DefaultBinary): 64,
@@ -125,6 +136,8 @@ class Channel(UaProcessor):
             raise ServiceError(ua.StatusCodes.BadTooManySessions)
         if typeid not in _SESSIONLESS and not self._is_ours(requesthdr.AuthenticationToken):
             raise ServiceError(ua.StatusCodes.BadSessionIdInvalid)
+        if typeid in _UNSERVED:
+            raise ServiceError(ua.StatusCodes.BadServiceUnsupported)
         return bool(await super()._process_message(typeid, requesthdr, seqhdr, body))
 
     def _refuse(self, seqhdr: Any, body: Buffer) -> bool:

@@ -44,13 +44,14 @@ def fit(drafts: Sequence[Draft]) -> Plan:
     factors = _factors(drafts)
     periods = [draft.period * factors[draft.rank] for draft in drafts]
     costs = [draft.cost for draft in drafts]
-    ages = _worst_ages(costs, periods)
+    stretch = max(factors.values(), default=1.0)
+    ages = _worst_ages(costs, periods, full=stretch > 1)
     blocks = tuple(
         Block(draft.unit, draft.address, draft.count, period, draft.cost, age, draft.table)
         for draft, period, age in zip(drafts, periods, ages, strict=True)
     )
     load = sum(cost / period for cost, period in zip(costs, periods, strict=True))
-    return Plan(blocks, load, max(factors.values(), default=1.0))
+    return Plan(blocks, load, stretch)
 
 
 def _factors(drafts: Iterable[Draft]) -> Mapping[int, float]:
@@ -74,15 +75,15 @@ def _all_alike(loads: Mapping[int, float], factors: Mapping[int, float]) -> Mapp
     return {rank: factor * more for rank, factor in factors.items()}
 
 
-def _worst_ages(costs: Sequence[float], periods: Sequence[float]) -> list[float]:
+def _worst_ages(costs: Sequence[float], periods: Sequence[float], full: bool) -> list[float]:
     """How old each block's values can be just before they are read anew.
 
     A value is as old as its period and the time that its next read may be late in ending. That is at most
     the longest stretch for which the line can be busy without a pause, and at most the period plus the one
-    transaction that may already be on the wire.
+    transaction that may already be on the wire. A ``full`` line, which has to stretch periods, never pauses.
     """
     longest = max(costs, default=0.0)
-    busy = _busy_period(costs, periods, longest)
+    busy = math.inf if full else _busy_period(costs, periods, longest)
     return [period + min(busy, period + longest) for period in periods]
 
 

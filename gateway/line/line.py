@@ -47,6 +47,8 @@ STRAY_HOLD = 0.1
 """Bytes that nobody asked for hold a request back by so many seconds at most: a babbler stops nothing."""
 REPLAN_EVERY = 10.0
 """Least seconds between plans made anew because turnarounds turned out different."""
+REPACE_EVERY = 0.5
+"""Seconds between adjustments of a full line to how fast its units are; the plan's promises stay."""
 DRIFT = 0.25
 """Relative change of a turnaround, beyond 2 ms, that makes the plan worth making anew."""
 
@@ -79,7 +81,7 @@ class Line:
         self._record = Record()
         self._wants: tuple[Want, ...] = ()
         self._planned: dict[int, float] = {}
-        self._planned_at = -math.inf
+        self._planned_at = self._paced_at = -math.inf
         self._current: Transaction | None = None
         self._free_at = -math.inf
         self._pauses = Pauses()
@@ -157,7 +159,7 @@ class Line:
         if self._current is None:
             return self._stray(data, now)
         self._free_at = now + self.gap
-        reply = self._current.feed(data)
+        reply = self._current.feed(data, now)
         self._note(now, False, data, description(reply))
         return [] if reply is None else [*self._replied(self._current, reply, now), *self._advance(now)]
 
@@ -345,15 +347,23 @@ class Line:
         self._pace(now)
 
     def _pace(self, now: float) -> None:
-        """Let the schedule follow the plan and the units that are there."""
-        down = {unit.facts.unit for unit in self._units if unit.up is False}
-        self._schedule.replan(self.plan, down, now)
+        """Let the schedule follow the plan, the units that are there, and how fast they really are."""
+        self._paced_at = now
+        there = [block for block in self.plan.blocks if self._units[block.unit].up is not False]
+        load = sum(self._present_cost(block.unit, block.count) / block.period for block in there)
+        self._schedule.replan(self.plan, load, now)
 
     def _read_cost(self, unit: int, count: int) -> float:
         return self._wire.read_cost(count, self._planned[unit], self._units.facts(unit).pause_read)
 
+    def _present_cost(self, unit: int, count: int) -> float:
+        usual = self._units[unit].turnaround.usual
+        return self._wire.read_cost(count, usual, self._units.facts(unit).pause_read)
+
     def _follow_drift(self, unit: Unit, now: float) -> list[Action]:
         """Make the plan anew when a unit turns out faster or slower than it was planned."""
+        if self.plan.stretch > 1 and now - self._paced_at >= REPACE_EVERY:
+            self._pace(now)
         usual, planned = unit.turnaround.usual, self._planned.get(unit.facts.unit, math.inf)
         if now - self._planned_at < REPLAN_EVERY or abs(usual - planned) <= 0.002 + DRIFT * planned:
             return []

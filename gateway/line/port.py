@@ -20,7 +20,7 @@ from urllib.parse import urlsplit
 import serial
 from serial.rs485 import RS485Settings
 
-from gateway.mapping.site import LineConfig
+from gateway.mapping.site import LineConfig, Rs485
 
 CONNECT_TIMEOUT = 3.0
 """Seconds until a host that does not answer is given up."""
@@ -143,17 +143,28 @@ def _configured(line: LineConfig) -> serial.Serial:
     )
     try:
         if line.rs485.rts != "none":
-            device.rs485_mode = RS485Settings(
-                rts_level_for_tx=line.rs485.rts == "send_high",
-                rts_level_for_rx=line.rs485.rts == "send_low",
-                loopback=line.rs485.echo,
-            )
+            _switch_direction(device, line.rs485)
         _tell_hang_up_from_silence(device.fileno())
         device.reset_input_buffer()
     except BaseException:
         device.close()
         raise
     return device
+
+
+def _switch_direction(device: serial.Serial, rs485: Rs485) -> None:
+    """Let the driver raise or lower RTS while it sends."""
+    try:
+        device.rs485_mode = RS485Settings(
+            rts_level_for_tx=rs485.rts == "send_high",
+            rts_level_for_rx=rs485.rts == "send_low",
+            loopback=rs485.echo,
+        )
+    except (OSError, ValueError) as error:
+        raise ValueError(
+            "this port cannot switch the direction by RTS; an adapter that does it by itself needs no "
+            "`rs485: {rts: ...}`"
+        ) from error
 
 
 def _is_pseudo_terminal(path: str) -> bool:

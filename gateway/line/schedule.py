@@ -7,14 +7,11 @@ leave reads half of the line: what a command took is owed to the reads that wait
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from gateway.line.interface import Block, Job, Plan, Priority
 
-EAGER = 0.98
-"""On a line that cannot hold all that is wanted, reads come due a little faster than the wire can carry
-them: then it is never idle, and deadlines alone decide who waits."""
 READ_PATIENCE = 0.5
 """Seconds after which a read that was asked once counts as late."""
 PROBE_PATIENCE = 0.5
@@ -95,11 +92,12 @@ class Schedule:
         self._jobs: list[Waiting] = []
         self._owed = 0.0
 
-    def replan(self, plan: Plan, down: Collection[int], now: float) -> None:
-        """Take a new plan, or another set of units held to be down. A read that was planned before stays
-        the same object and keeps its phase: it may be on the wire just now."""
+    def replan(self, plan: Plan, load: float, now: float) -> None:
+        """Take a new plan, or another load: what the blocks of the units that are there really take of the
+        wire at the periods of the plan. A read that was planned before stays the same object and keeps its
+        phase: it may be on the wire just now."""
         old = {_key(due.block): due for due in self._reads}
-        hurry = _hurry(plan, down)
+        hurry = _hurry(plan, load)
         self._reads = []
         for block in plan.blocks:
             due = old.get(_key(block)) or Due(block, now, 0.0)
@@ -194,15 +192,13 @@ def postpone(due: Due, until: float) -> None:
     due.at = max(due.at, until)
 
 
-def _hurry(plan: Plan, down: Collection[int]) -> float:
+def _hurry(plan: Plan, load: float) -> float:
     """By what to shorten the periods of an overloaded line, so that it is full; never below what is wanted.
 
-    What silent units leave free goes to the others: a plan's promises hold with all units there.
+    What silent units leave free goes to the others: a plan's promises hold with all units there. Reads that
+    come due faster than the wire can carry them would break those promises.
     """
-    if plan.stretch <= 1:
-        return 1.0
-    load = sum(block.cost / block.period for block in plan.blocks if block.unit not in down)
-    return min(1.0, max(EAGER * load, 1 / plan.stretch))
+    return 1.0 if plan.stretch <= 1 else min(1.0, max(load, 1 / plan.stretch))
 
 
 def _by_deadline(choice: Choice) -> float:

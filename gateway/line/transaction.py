@@ -61,13 +61,16 @@ class Transaction:
         own = len(self.data) if self.echo or self.seeker.echoed else 0
         return self.received > own
 
-    def feed(self, data: bytes) -> Reply | None:
-        """Take what was received; the reply when it is complete and may be believed."""
+    def feed(self, data: bytes, now: float) -> Reply | None:
+        """Take what was received; the reply when it is complete and may be believed. A frame that has begun
+        is waited for as long as its framing lets it take."""
         self.received += len(data)
         while (reply := self.seeker.feed(data)) is not None:
             if not self._may_be_late(reply):
                 return reply
             data = b""
+        if self.seeker.patience:
+            self.deadline = max(self.deadline, now + self.seeker.patience)
         return None
 
     def _may_be_late(self, reply: Reply) -> bool:

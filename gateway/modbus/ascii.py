@@ -10,6 +10,8 @@ from gateway.modbus.pdu import Reply, Request, interpret
 
 _START = b":"
 _END = b"\r\n"
+CHARACTER_PAUSE = 1.0
+"""Seconds that may pass between two characters of a frame (serial line V1.02, section 2.5.2.1)."""
 
 
 class AsciiFraming:
@@ -38,8 +40,18 @@ class AsciiSeeker:
         self._sent = sent
         self._request = request
         self._skip_own = echo
+        self._longest = len(_START) + 2 * (1 + request.reply_length + 1) + len(_END)
         self._rest = b""
         self.echoed = False
+
+    @property
+    def patience(self) -> float:
+        """The standard's second while a frame of our unit is coming that can still be the reply."""
+        begun = self._rest[self._rest.rfind(_START) :] if _START in self._rest else b""
+        ours = self._sent[: len(_START) + 2]
+        longest = max(len(self._sent), self._longest)
+        coming = bool(begun) and begun[: len(ours)] == ours[: len(begun)] and len(begun) < longest
+        return CHARACTER_PAUSE if coming else 0.0
 
     def feed(self, data: bytes) -> Reply | None:
         """Take more characters; the next reply whose LRC is right, or None."""

@@ -23,6 +23,11 @@ class Seeker(Protocol):
         """True when our own request came back, which no unit would send."""
         ...
 
+    @property
+    def patience(self) -> float:
+        """Seconds that the next byte of a frame that has begun may take; 0 where that is not known."""
+        ...
+
     def feed(self, data: bytes) -> Reply | None:
         """Take more bytes; the next reply, or None. Call again with ``b""`` to look behind a reply."""
         ...

@@ -37,6 +37,8 @@ class RtuFraming:
 class RtuSeeker:
     """Finds the reply to one request."""
 
+    patience = 0.0
+
     def __init__(self, sent: bytes, request: Request, echo: bool) -> None:
         self._sent = sent
         self._request = request

@@ -38,6 +38,7 @@ class TcpSeeker:
     """Finds the reply to one request."""
 
     echoed = False
+    patience = 0.0
 
     def __init__(self, sent: bytes, request: Request) -> None:
         self._number, _, _, self._unit = _HEADER.unpack_from(sent)

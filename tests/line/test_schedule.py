@@ -27,7 +27,7 @@ def write(
 
 def schedule_of(*blocks: Block) -> Schedule:
     schedule = Schedule()
-    schedule.replan(plan(*blocks), (), 0.0)
+    schedule.replan(plan(*blocks), 0.0, 0.0)
     return schedule
 
 
@@ -108,7 +108,7 @@ def test_a_new_plan_keeps_phases() -> None:
     due = schedule.choose(0.0, NEVER_DOWN)
     assert isinstance(due, Due)
     settle(due, 0.0)
-    schedule.replan(plan(block(1, 1.0), block(3, 1.0)), (), 0.5)
+    schedule.replan(plan(block(1, 1.0), block(3, 1.0)), 0.0, 0.5)
     assert schedule.choose(0.5, NEVER_DOWN).unit == 3
     assert {entry.unit: entry.at for entry in schedule._reads} == {1: 1.0, 3: 0.5}
 
@@ -116,7 +116,7 @@ def test_a_new_plan_keeps_phases() -> None:
 def test_a_shorter_period_counts_at_once() -> None:
     schedule = schedule_of(block(1, 30.0))
     settle(schedule._reads[0], 0.0)
-    schedule.replan(plan(block(1, 0.2)), (), 1.0)
+    schedule.replan(plan(block(1, 0.2)), 0.0, 1.0)
     assert schedule._reads[0].at == 1.2
 
 
@@ -133,7 +133,8 @@ def test_nobody_starves_and_writes_wait_a_bounded_time(
     stretch = max(1.0, load / 0.97)
     blocks = [Block(b.unit, 1, 1, b.period * stretch, b.cost, 0.0) for b in blocks]
     schedule = Schedule()
-    schedule.replan(plan(*blocks, stretch=stretch), (), 0.0)
+    stretched = plan(*blocks, stretch=stretch)
+    schedule.replan(stretched, stretched.load, 0.0)
     pending = sorted(asked)
     now, served, waits = 0.0, dict.fromkeys(range(1, len(blocks) + 1), 0.0), []
     longest = max(b.cost for b in blocks)

@@ -95,7 +95,9 @@ class Core:
             site.writes_enabled,
             lambda drive, make, deadline: self._writes.start_quietly(drive, make, deadline, self._now),
         )
-        self._reads = Reads(self.polling, self._read, self._selected.read)
+        self._reads = Reads(
+            self.polling, lambda drive: self.lines.up(drive) is False, self._read, self._selected.read
+        )
         self._watchkeeper = Watchkeeper(self.drives, dict(site.rates), self.polling, self.clients)
         self._health = Wellbeing(site.lines, self.lines, self.clients, self._watchkeeper)
         self._last_record = 0

@@ -97,7 +97,14 @@ class IsLast:
     """Is there nobody behind this one in the drive's lane who names the same `Ask.then`?"""
 
 
-Effect = Lane | Leave | Exchange | Note | Pause | Prove | IsLast
+@dataclass(frozen=True, slots=True)
+class Report:
+    """Tell the asker this outcome now, although the procedure goes on; what comes later is only noted."""
+
+    outcome: Outcome
+
+
+Effect = Report | Lane | Leave | Exchange | Note | Pause | Prove | IsLast
 Procedure = Generator[Effect, Any, Outcome]
 
 

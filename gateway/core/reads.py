@@ -47,8 +47,15 @@ class Asked:
 class Reads:
     """All reads on request that are under way."""
 
-    def __init__(self, polling: Polling, ask_line: AskLine, read_selected: ReadSelected) -> None:
+    def __init__(
+        self,
+        polling: Polling,
+        is_down: Callable[[Drive], bool],
+        ask_line: AskLine,
+        read_selected: ReadSelected,
+    ) -> None:
         self._polling = polling
+        self._is_down = is_down
         self._ask_line = ask_line
         self._read_selected = read_selected
         self._last_selected = 0
@@ -66,6 +73,9 @@ class Reads:
                 pending.bad[tag] = Sample(tag, None, Quality.CONFIGURATION, now.wall, 0.0, None, reason)
             elif self._young(tag, max_age, now):
                 continue
+            elif self._is_down(found[0]):
+                reason = f"{found[0].name} does not answer"
+                pending.bad[tag] = Sample(tag, None, Quality.NO_COMMUNICATION, now.wall, 0.0, None, reason)
             elif found[1].select:
                 self._ask_selected(pending, tag, now)
             else:
@@ -146,6 +156,6 @@ def _quality(result: Result) -> tuple[Quality, str]:
         case Unsent("line_down"):
             return Quality.LINE_DOWN, "the line is down"
         case Unsent():
-            return Quality.NO_COMMUNICATION, "the line had no time for it"
+            return Quality.NO_COMMUNICATION, f"no answer within {READ_SECONDS:g} s"
         case _:
             return Quality.NO_COMMUNICATION, "the drive does not answer"

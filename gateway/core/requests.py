@@ -168,6 +168,8 @@ class Writes:
             raise Ended(Verdict.EXPIRED, Cause.EXPIRED, "its time to live had ended when it arrived")
         if self._lines.up(drive) is False and not urgent:
             raise Ended(Verdict.FAILED, Cause.NO_ANSWER, f"{drive.name} does not answer")
+        if self._runner.insists(drive) and not urgent:
+            raise refuse(Cause.PRECONDITION, f"a stop of {drive.name} is not answered yet; it goes first")
         deadline = None if urgent else now.mono + request.ttl
         return Ask(self._last, drive, what, request.origin, now, deadline, urgent, setpoint, wanted)
 

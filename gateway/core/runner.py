@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from gateway.core.conditions import contradicted, proved
+from gateway.core.drive import Drive
 from gateway.core.guard import Ended
 from gateway.core.procedure import (
     Ask,
@@ -25,6 +26,7 @@ from gateway.core.procedure import (
     Pause,
     Procedure,
     Prove,
+    Report,
 )
 from gateway.core.store import Store
 from gateway.line.interface import Job, Result, Write
@@ -67,6 +69,8 @@ class Running:
     job: int | None = None
     note: int | None = None
     wake: float | None = None
+    told: bool = False
+    """The asker has his outcome, but there is more to do (a stop that is not answered)."""
     sent: float | None = None
     """When the first frame that could change the drive left (monotonic)."""
 
@@ -85,13 +89,17 @@ class Runner:
     def start(self, ask: Ask, procedure: Procedure, now: float) -> None:
         """Begin a procedure; an urgent one first puts an end to what others have under way."""
         if ask.urgent:
-            self._abandon(ask, lambda other: not other.ask.urgent, "a stop")
+            self._abandon(ask, lambda other: not other.ask.urgent or other.told, "a stop")
         if ask.setpoint is not None:
             self._abandon(
                 ask, lambda other: other.ask.setpoint == ask.setpoint and other.sent is None, "a newer value"
             )
         self._running[ask.number] = Running(ask, procedure)
         self._advance(self._running[ask.number], None, now)
+
+    def insists(self, drive: Drive) -> bool:
+        """True while a stop of this drive is not answered although its asker has given up waiting."""
+        return any(running.told and running.ask.drive is drive for running in self._running.values())
 
     def job_sent(self, job: int, at: float) -> None:
         """The request of a job leaves at ``at``."""
@@ -170,6 +178,10 @@ class Runner:
             case Leave():
                 self._leave(running, now)
                 return False, None
+            case Report(outcome):
+                running.told = True
+                self._services.finish(running.ask, outcome, running.sent)
+                return False, None
             case IsLast():
                 return False, self._is_last(running)
             case Exchange():
@@ -234,7 +246,8 @@ class Runner:
         running.effect = None
         del self._running[running.ask.number]
         running.procedure.close()
-        self._services.finish(running.ask, outcome, running.sent)
+        if not running.told:
+            self._services.finish(running.ask, outcome, running.sent)
         self._leave(running, now)
 
 

@@ -18,6 +18,7 @@ from gateway.core.procedure import (
     Finished,
     Pause,
     Prove,
+    Report,
     exchange,
     note,
     read,
@@ -27,12 +28,18 @@ from gateway.core.store import Store
 from gateway.line.interface import Answered, Priority, Read, Refused, Silent, Unsent, Write
 from gateway.mapping.profile import Condition, Point
 from gateway.modbus.encoding import encode
-from gateway.tag import Cause, Verdict
+from gateway.tag import Cause, Outcome, Verdict
 
 STEP_SECONDS = 5.0
 """Time that each frame after the first one has to get onto the wire."""
 
-STOP_ATTEMPTS = 20
+PULSE_ATTEMPTS = 20
+
+STOP_PATIENCE = 20.0
+"""Seconds after which whoever asked for a stop hears that it is not answered."""
+
+STOP_PAUSE, STOP_PAUSE_MOST = 0.05, 5.0
+"""Seconds between the repetitions of a stop that is not answered; the pause doubles."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,16 +91,27 @@ def send(
     """Send a frame once. A refusal that is temporary is asked again while the deadline lasts, since it
     changed nothing; a stop is repeated until it is answered."""
     if ask.urgent:
-        finished = yield from exchange(request, Priority.STOP, None)
-        for _ in range(STOP_ATTEMPTS):
-            if not isinstance(finished.result, Silent):
-                break
-            finished = yield from exchange(request, Priority.STOP, None)
-        return finished
+        return (yield from insist(request))
     while True:
         finished = yield from exchange(request, Priority.COMMAND, deadline, condition)
         if deadline is None or not (yield from may_repeat(ask.drive, finished, deadline)):
             return finished
+
+
+def insist(request: Write) -> Generator[Effect, Any, Finished]:
+    """Send a stop until it is answered, however long that takes: a drive that comes back running after a
+    stop was asked for has to be stopped. The asker hears after `STOP_PATIENCE` that nothing is known."""
+    finished = yield from exchange(request, Priority.STOP, None)
+    began, pause, told = finished.at, STOP_PAUSE, False
+    while isinstance(finished.result, Silent):
+        if finished.at - began >= STOP_PATIENCE and not told:
+            told = True
+            reason = "sent again and again, but the drive does not answer; it is sent on until it does"
+            yield Report(Outcome(verdict=Verdict.UNKNOWN, cause=Cause.NO_ANSWER, reason=reason))
+        yield Pause(pause)
+        pause = min(2 * pause, STOP_PAUSE_MOST)
+        finished = yield from exchange(request, Priority.STOP, None)
+    return finished
 
 
 def may_repeat(drive: Drive, finished: Finished, deadline: float) -> Generator[Effect, Any, bool]:
@@ -132,7 +150,7 @@ def end_pulse(ask: Ask, store: Store, sent: Sent, pulses: Sequence[Point]) -> Ge
         Ended: if the pulse could not be taken back.
     """
     yield Pause(max(point.pulse for point in pulses))
-    for attempt in range(STOP_ATTEMPTS):
+    for attempt in range(PULSE_ATTEMPTS):
         deadline = sent.at + STEP_SECONDS + attempt
         over = yield from transmit(ask, store, {point.name: 0 for point in pulses}, deadline)
         if over.answered:

@@ -315,3 +315,39 @@ def test_a_failed_proof_says_what_the_drive_shows(world: World) -> None:
     outcome = world.command("run_forward", frequency=20.0)
     assert (outcome.verdict, outcome.cause) == (Verdict.FAILED, Cause.NOT_PROVED)
     assert "running: false" in outcome.reason
+
+
+def test_h20_a_stop_is_sent_on_until_the_drive_answers_however_long_that_takes(world: World) -> None:
+    world.command("run_forward", frequency=50.0)
+    world.drives["fan-1"].connected = False
+    stop = world.ask_command("stop")
+    outcome = world.until(stop, 40.0)
+    assert (outcome.verdict, outcome.cause) == (Verdict.UNKNOWN, Cause.NO_ANSWER)
+    world.run(300.0)
+    sent = len([frame for frame in world.sent() if frame == STEP_4])
+    assert 45 < sent < 80, "again and again, but not all the time"
+    world.drives["fan-1"].connected = True
+    world.run(10.0)
+    assert world.read("fan-1.running")[0].value is False
+    assert world.write("fan-1.frequency_command", 20.0).verdict is Verdict.CONFIRMED
+
+
+def test_nothing_else_is_taken_while_a_stop_is_not_answered(world: World) -> None:
+    world.drives["fan-1"].faults.mute()
+    stop = world.ask_command("stop")
+    world.until(stop, 40.0)
+    world.drives["fan-1"].faults.clear()
+    refused = world.command("run_forward", frequency=20.0)
+    assert refused.verdict is not Verdict.CONFIRMED
+    world.run(10.0)
+    assert world.read("fan-1.running")[0].value is False
+
+
+def test_a_read_of_a_drive_that_is_away_says_so_at_once(world: World) -> None:
+    world.drives["fan-1"].faults.mute()
+    world.run(10.0)
+    asked = world.now
+    [sample] = world.read("fan-1.output_frequency")
+    assert sample.value is None
+    assert "does not answer" in sample.reason
+    assert world.now - asked < 0.1

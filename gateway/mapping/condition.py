@@ -17,6 +17,10 @@ class Provenance:
     doubt: str | None = None
 
 
+UNSTATED = Provenance()
+"""The origin of what states none."""
+
+
 @dataclass(frozen=True, slots=True)
 class Term:
     """One line of a condition: the point's value lies in one of the closed ranges.

@@ -14,6 +14,7 @@ from fractions import Fraction
 from types import MappingProxyType
 from typing import Literal
 
+from gateway.mapping.condition import UNSTATED
 from gateway.mapping.condition import Condition as Condition  # noqa: PLC0414
 from gateway.mapping.condition import Provenance as Provenance  # noqa: PLC0414
 from gateway.mapping.condition import Term as Term  # noqa: PLC0414
@@ -187,7 +188,7 @@ class Point:
     pause: float = 0.0
     """Seconds of silence to keep after a write of this point."""
     help: str = ""
-    provenance: Provenance = Provenance()
+    provenance: Provenance = UNSTATED
 
     @property
     def words(self) -> int:
@@ -246,7 +247,7 @@ class Command:
     role: Role = Role.OPERATOR
     urgent: bool = False
     help: str = ""
-    provenance: Provenance = Provenance()
+    provenance: Provenance = UNSTATED
 
 
 @dataclass(frozen=True, slots=True)
@@ -257,7 +258,7 @@ class ErrorMeaning:
     name: str
     help: str = ""
     retry: float | None = None
-    provenance: Provenance = Provenance()
+    provenance: Provenance = UNSTATED
     retry_when: Condition = ()
 
 
@@ -272,7 +273,7 @@ class Setting:
     symbol: str | None = None
     values: Mapping[int, str] = field(default_factory=lambda: MappingProxyType({}))
     help: str = ""
-    provenance: Provenance = Provenance()
+    provenance: Provenance = UNSTATED
 
 
 @dataclass(frozen=True, slots=True)
@@ -283,7 +284,7 @@ class Broadcast:
     points: Mapping[str, Point]
     words: Mapping[int, Word]
     commands: Mapping[str, Command]
-    provenance: Provenance = Provenance()
+    provenance: Provenance = UNSTATED
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import pytest
 
 from gateway.bridge.api import Periods
@@ -30,7 +32,7 @@ def test_a_watch_promises_a_period_and_keeps_it(world: World) -> None:
     assert periods == {FREQUENCY: 0.2, "fan-1.output_voltage": 1.0}
     world.run(5.0)
     times = [sample.time for sample in world.samples(FREQUENCY) if sample.quality is Quality.GOOD]
-    gaps = [(b - a) / 1e9 for a, b in zip(times, times[1:], strict=False)]
+    gaps = [(b - a) / 1e9 for a, b in pairwise(times)]
     assert len(times) >= 23
     assert max(gaps) < 0.3
 

@@ -198,6 +198,10 @@ def unit_facts(config: DriveConfig) -> UnitFacts:
         loop_back=FUNCTION_LOOP_BACK in profile.modbus.functions,
         reply_usual=profile.serial.reply_usual,
         reply_max=profile.serial.reply_max,
+        pause_read=profile.serial.pause_read,
+        pause_write=profile.serial.pause_write,
+        pause_broadcast=profile.serial.pause_broadcast,
+        error_functions=profile.modbus.error_functions,
     )
 
 

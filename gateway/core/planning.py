@@ -30,6 +30,14 @@ class LinePlan:
     forecast: Forecast
     repairs: tuple[Repair, ...]
 
+    @property
+    def mute(self) -> tuple[str, ...]:
+        """The drives that do not speak at the line's speed."""
+        if self.line.framing == "tcp":
+            return ()
+        drives = self.line.drives
+        return tuple(d.name for d in drives if self.line.baud not in d.profile.serial.baud)
+
     def drive(self, unit: int) -> str:
         """The name of the drive at a unit address."""
         return next(drive.name for drive in self.line.drives if drive.unit == unit)

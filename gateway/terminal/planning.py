@@ -44,6 +44,8 @@ def plan_notes(plan: LinePlan) -> list[str]:
         f"a stop has left after {_ms(forecast.write)} at most, "
         f"{_ms(forecast.write_silent)} when a drive has just gone silent"
     ]
+    if plan.mute:
+        notes.append(f"{_listed(list(plan.mute))}: cannot be set to {plan.line.baud} bit/s")
     notes += _watchdog_notes(plan)
     notes += [f"{_fit(repair.forecast)}: {repair_text(plan, repair)}" for repair in plan.repairs]
     return notes
@@ -57,6 +59,7 @@ def plan_object(plan: LinePlan) -> dict[str, Any]:
         "framing": plan.line.framing,
         "baud": None if plan.line.framing == "tcp" else plan.line.baud,
         "drives": len(plan.line.drives),
+        "mute": list(plan.mute),
         **_summary(forecast),
         "comm_loss": [_watchdog_object(plan, watchdog) for watchdog in forecast.watchdogs],
         "blocks": [_block_object(plan, read) for read in forecast.reads],

@@ -89,6 +89,10 @@ def test_what_if(tmp_path: Path) -> None:
     site = site_of(tmp_path, 2, "2400 8N2")
     faster = with_baud(site, 9600)
     assert setup_of(faster, faster.lines[0]).settings.baud == 9600
+    assert (line_plans(faster)[0].mute, faster.lines[0].baud) == ((), 9600)
+    [beyond] = line_plans(with_baud(site, 38400))
+    assert beyond.mute == ("fan-1", "fan-2")
+    assert any("fan-1, fan-2: cannot be set to 38400 bit/s" in note for note in plan_notes(beyond))
     relaxed = with_rates(site, {"fast": 2.0})
     assert setup_of(relaxed, relaxed.lines[0]).wants.keys() == {"fast", "normal", "slow"}
     before, after = line_plans(site)[0].forecast, line_plans(relaxed)[0].forecast

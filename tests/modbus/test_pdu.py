@@ -1,10 +1,13 @@
 """Requests are what the standard says; a reply must be the reply to this request."""
 
+from dataclasses import replace
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from gateway.modbus import pdu
+from gateway.modbus.framing import framing_of
 from gateway.modbus.pdu import Reply
 
 WORDS = st.lists(st.integers(0, 0xFFFF), min_size=1, max_size=20)
@@ -84,3 +87,19 @@ def test_nothing_that_comes_in_crashes(data: bytes) -> None:
 def test_impossible_requests_are_refused(make) -> None:
     with pytest.raises(ValueError, match=r"."):
         make()
+
+
+@given(st.integers(0x20, 0xFF), st.integers(0, 0xFF))
+def test_error_functions_of_a_drive_are_exceptions(byte: int, code: int) -> None:
+    plain = pdu.read_registers(0x20, 1)
+    request = replace(plain, error_functions=(byte,))
+    assert pdu.interpret(request, bytes((byte, code))) == Reply(exception=code)
+    assert pdu.interpret(request, bytes((0x83, code))) == Reply(exception=code)
+    assert (pdu.interpret(plain, bytes((byte, code))) is None) == (byte != 0x83)
+    for name in ("rtu", "ascii", "tcp"):
+        framing = framing_of(name)
+        sent = framing.encode(5, request.pdu)
+        answer = framing.encode(5, bytes((byte, code)))
+        if framing.numbered:
+            answer = sent[:2] + answer[2:]
+        assert framing.seeker(sent, request).feed(answer) == Reply(exception=code)

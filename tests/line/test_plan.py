@@ -176,7 +176,17 @@ def test_thirty_one_drives_at_2400_baud_cannot_be_fed_within_two_seconds() -> No
 )
 def test_promised_ages_hold_in_virtual_time(places: list[tuple[int, int]], data: st.DataObject) -> None:
     periods = st.sampled_from([0.1, 0.15, 0.3, 1.0])
-    wants = [Want(u, a, 2, data.draw(periods), data.draw(st.integers(0, 2))) for u, a in places]
+    promised_ages_hold([Want(u, a, 2, data.draw(periods), data.draw(st.integers(0, 2))) for u, a in places])
+
+
+@pytest.mark.parametrize("slow", [1.0, 3.0])
+def test_promised_ages_hold_on_a_line_that_stretches_periods(slow: float) -> None:
+    fast = [Want(u, 0x01, 2, 0.1, rank) for u, rank in ((1, 0), (2, 2))]
+    more = [Want(1, 0x20, 2, 0.15, 0), Want(3, 0x01, 2, 0.3, 2), Want(4, 0x01, 2, 0.3, 2)]
+    promised_ages_hold([*fast, *more, Want(1, 0x27, 2, slow, 0), Want(1, 0x31, 2, slow, 0)])
+
+
+def promised_ages_hold(wants: list[Want]) -> None:
     bench = Bench([facts(u) for u in range(1, 5)], [FakeUnit(u) for u in range(1, 5)]).start(*wants)
     bench.run(20)
     plan = bench.line.plan

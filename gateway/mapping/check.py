@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
 
 from gateway.mapping import names
@@ -10,9 +10,11 @@ from gateway.mapping.commands import STOP
 from gateway.mapping.facts import LOOP_BACK
 from gateway.mapping.finding import Report
 from gateway.mapping.layout import Claim
+from gateway.mapping.node import Path
 from gateway.mapping.pointcheck import check_point
-from gateway.mapping.profile import Profile, Table
+from gateway.mapping.profile import Point, Profile, Table, Term
 from gateway.mapping.resolve import Resolved
+from gateway.mapping.shape import nearest
 
 
 def check(resolved: Resolved, stem: str, report: Report) -> None:
@@ -24,7 +26,7 @@ def check(resolved: Resolved, stem: str, report: Report) -> None:
             f"the profile `{profile.name}` stands in a file named `{stem}`",
             "make both the same",
         )
-    _check_overlap(resolved.layout.claims, report)
+    _check_overlap(resolved.layout.claims, profile.points, report)
     for point in profile.points.values():
         check_point(point, resolved.layout.keys[point.name], resolved, report)
     _check_names(resolved, report)
@@ -32,13 +34,40 @@ def check(resolved: Resolved, stem: str, report: Report) -> None:
     _check_probe(profile, report)
     _check_commands(profile, report)
     _check_settings(resolved, report)
+    _check_followers(resolved, report)
 
 
-def _check_overlap(claims: Iterable[Claim], report: Report) -> None:
-    """No two entries on the same bits, unless one is only read and the other only written."""
+def _check_followers(resolved: Resolved, report: Report) -> None:
+    """`then` names a command that writes no parameter itself, `twin` a point, `shift` a setting."""
+    profile = resolved.profile
+    for point in profile.points.values():
+        keys = resolved.layout.keys[point.name]
+        if point.then is not None:
+            _check_then(point, profile, keys.place("then"), report)
+        if point.twin is not None and point.twin not in profile.points:
+            remedy = nearest(point.twin, list(profile.points))
+            report.unknown_name((*keys.path, "twin"), f"`{point.twin}` is no point", remedy)
+        if point.shift is not None and point.shift not in profile.settings:
+            remedy = nearest(point.shift, list(profile.settings))
+            report.unknown_name(keys.place("shift"), f"`{point.shift}` is no setting", remedy)
+
+
+def _check_then(point: Point, profile: Profile, place: Path, report: Report) -> None:
+    command = profile.commands.get(point.then or "")
+    if command is None:
+        remedy = nearest(point.then or "", list(profile.commands))
+        report.unknown_name(place, f"`{point.then}` is no command", remedy)
+    elif command.args or any(profile.points[name].then for step in command.steps for name in step.write):
+        message = f"`{point.then}` cannot follow a write: it takes arguments, or starts itself again"
+        report.error(place, message, "name a command that only stores or activates")
+
+
+def _check_overlap(claims: Iterable[Claim], points: Mapping[str, Point], report: Report) -> None:
+    """No two entries on the same bits, unless one is only read and the other only written, or they are
+    never there together."""
     seen: dict[tuple[Table, int], list[Claim]] = {}
     for claim in claims:
-        other = _rival(claim, seen)
+        other = _rival(claim, seen, points)
         if other is not None:
             register, bit = divmod(max(claim.first, other.first), 16)
             report.error(
@@ -51,13 +80,30 @@ def _check_overlap(claims: Iterable[Claim], report: Report) -> None:
             seen.setdefault((claim.table, bit), []).append(claim)
 
 
-def _rival(claim: Claim, seen: dict[tuple[Table, int], list[Claim]]) -> Claim | None:
+def _rival(
+    claim: Claim, seen: dict[tuple[Table, int], list[Claim]], points: Mapping[str, Point]
+) -> Claim | None:
     """Another claim that cannot stand beside this one."""
     for bit in range(claim.first, claim.last + 1):
         for other in seen.get((claim.table, bit), ()):
-            if (claim.reads and other.reads) or (claim.writes and other.writes):
+            meet = (claim.reads and other.reads) or (claim.writes and other.writes)
+            if meet and not _never_together(points.get(claim.name), points.get(other.name)):
                 return other
     return None
+
+
+def _never_together(one: Point | None, other: Point | None) -> bool:
+    """True for points whose conditions exclude each other, or that are selected differently."""
+    if one is None or other is None:
+        return False
+    if one.select != other.select:
+        return True
+    pairs = ((a, b) for a in one.when for b in other.when if a.name == b.name)
+    return any(not _meet(a, b) for a, b in pairs)
+
+
+def _meet(one: Term, other: Term) -> bool:
+    return any(a[0] <= b[1] and b[0] <= a[1] for a in one.ranges for b in other.ranges)
 
 
 def _check_names(resolved: Resolved, report: Report) -> None:
@@ -144,7 +190,9 @@ def _check_settings(resolved: Resolved, report: Report) -> None:
 def _needed(profile: Profile) -> Iterator[str]:
     """Names that limits and scales of the points refer to."""
     for point in profile.points.values():
-        bounds: tuple[Fraction | str | None, ...] = (point.encoding.times,)
-        if point.limits:
-            bounds += (point.limits.low, point.limits.high)
-        yield from (bound for bound in bounds if isinstance(bound, str))
+        uses = [(point.encoding, point.limits), *((case.encoding, case.limits) for case in point.cases)]
+        for encoding, limits in uses:
+            bounds: tuple[Fraction | str | None, ...] = (encoding.times, point.shift)
+            if limits:
+                bounds += (limits.low, limits.high)
+            yield from (bound for bound in bounds if isinstance(bound, str))

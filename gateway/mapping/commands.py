@@ -90,7 +90,8 @@ class CommandMaker:
             self._report.error((*path, "write"), "the step writes nothing", "name at least one point")
         self._check_together([self._points[name] for name in write], (*path, "write"))
         until = self._conditions.find(raw.until, (*path, "until"))
-        return Step(MappingProxyType(write), until, raw.within)
+        when = self._conditions.find(raw.when, (*path, "when"))
+        return Step(MappingProxyType(write), until, raw.within, when)
 
     def _value(self, name: str, text: str, command: RawCommand, path: Path) -> Constant | Argument | None:
         """What a step writes to a point; None, with a finding, when it cannot."""

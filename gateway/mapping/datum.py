@@ -58,6 +58,8 @@ class DatumMaker:
             limits=Limits(traits.range.low, traits.range.high) if traits.range and access.writable else None,
             role=defaults.role if access.writable else None,
             by_command_only=kind is Kind.COMMAND and access.writable,
+            shift=traits.shift,
+            then=traits.then if access.writable else None,
             wear=cast("int | Literal['unknown'] | None", traits.wear),
             danger=self._danger(traits.danger or {}, encoding, keys.place("danger")),
             help=entry.help,

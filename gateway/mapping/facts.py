@@ -12,7 +12,8 @@ from gateway.mapping.encodings import Encodings
 from gateway.mapping.finding import Report
 from gateway.mapping.forms import FormError
 from gateway.mapping.inherit import Level, Sources
-from gateway.mapping.model import ErrorCode, Errors, Fact, Modbus, RawProfile, Serial, Sourced
+from gateway.mapping.model import CommLoss as RawCommLoss
+from gateway.mapping.model import ErrorCode, Errors, Fact, Modbus, Pauses, RawProfile, Serial, Sourced
 from gateway.mapping.model import Setting as RawSetting
 from gateway.mapping.node import Path
 from gateway.mapping.notation import Notations
@@ -26,7 +27,7 @@ from gateway.mapping.profile import (
     Setting,
 )
 from gateway.mapping.shape import nearest
-from gateway.mapping.values import in_words, single_value
+from gateway.mapping.values import Conditions, in_words, single_value
 
 KNOWN_FUNCTIONS = (0x03, 0x04, 0x06, 0x08, 0x10)
 """Function codes that this version can send."""
@@ -45,9 +46,10 @@ REASONS = (
 STANDARD_ERRORS = {1: "illegal_function", 2: "illegal_address", 3: "illegal_value", 4: "drive_failure"}
 _LONGEST = {"read_max": 125, "write_max": 123}
 _UNITS = (1, 247)
+_BROADCAST_PAUSE = 0.1
 
 
-def serial_facts(raw: Serial, report: Report) -> SerialFacts:
+def serial_facts(raw: Serial, conditions: Conditions, report: Report) -> SerialFacts:
     """What the drive's serial interface can do."""
     if raw.rtu is None and raw.ascii is None:
         report.error(
@@ -60,7 +62,7 @@ def serial_facts(raw: Serial, report: Report) -> SerialFacts:
     if not 1 <= units[0] <= units[1] <= _UNITS[1]:
         report.error(("serial", "units"), "unit addresses go from 1 to 247", "correct the range")
     usual, longest = raw.reply.value if raw.reply else (0.01, 1.0)
-    loss = raw.comm_loss
+    pause = raw.pause or Pauses()
     return SerialFacts(
         baud=tuple(raw.baud.value),
         rtu=_formats(raw.rtu),
@@ -69,8 +71,19 @@ def serial_facts(raw: Serial, report: Report) -> SerialFacts:
         gap=raw.gap.value if raw.gap else 0.0,
         reply_usual=usual,
         reply_max=longest,
-        comm_loss=CommLoss(loss.after, loss.action) if loss else CommLoss(),
+        pause_read=pause.read or 0.0,
+        pause_write=pause.write or 0.0,
+        pause_broadcast=pause.broadcast
+        if pause.broadcast is not None
+        else SerialFacts(baud=()).pause_broadcast,
+        comm_loss=_comm_loss(raw.comm_loss, conditions),
     )
+
+
+def _comm_loss(raw: RawCommLoss | None, conditions: Conditions) -> CommLoss:
+    if raw is None:
+        return CommLoss()
+    return CommLoss(raw.after, raw.action, conditions.find(raw.when, ("serial", "comm_loss", "when")))
 
 
 def _formats(fact: Fact[list[SerialFormat]] | None) -> tuple[SerialFormat, ...]:
@@ -101,7 +114,12 @@ def modbus_facts(raw: Modbus, notations: Notations, report: Report) -> ModbusFac
         write_max=_at_most("write_max", raw.write_max, report),
         bridge=raw.bridge.value if raw.bridge else False,
         holes=tuple(_holes(raw, notations, report)),
+        error_functions=_functions(raw.error_functions),
     )
+
+
+def _functions(span: Fact[tuple[int, int]] | None) -> tuple[int, ...]:
+    return tuple(range(span.value[0], span.value[1] + 1)) if span else ()
 
 
 def _at_most(key: str, fact: Fact[int] | None, report: Report) -> int:
@@ -137,7 +155,9 @@ def facts_with_provenance(raw: RawProfile, sources: Sources) -> Mapping[str, Pro
     return MappingProxyType(found)
 
 
-def error_meanings(raw: Errors | None, sources: Sources, report: Report) -> dict[int, ErrorMeaning]:
+def error_meanings(
+    raw: Errors | None, conditions: Conditions, sources: Sources, report: Report
+) -> dict[int, ErrorMeaning]:
     """Exception code to its meaning; the standard's own where the profile has no table."""
     if raw is None:
         return {code: ErrorMeaning(name) for code, name in STANDARD_ERRORS.items()}
@@ -149,7 +169,9 @@ def error_meanings(raw: Errors | None, sources: Sources, report: Report) -> dict
             continue
         if code in result:
             report.error(path, f"the code {code:02X}H stands here twice", "keep one of them", key=True)
-        result[code] = _meaning(entry, [(("errors",), raw), (path, entry)], sources, report)
+        meaning = _meaning(entry, [(("errors",), raw), (path, entry)], sources, report)
+        held = conditions.find(entry.retry_when, (*path, "retry_when"))
+        result[code] = replace(meaning, retry_when=held)
     return result
 
 
@@ -170,7 +192,7 @@ def _meaning(entry: ErrorCode, levels: list[Level], sources: Sources, report: Re
         report.error(
             levels[-1][0], f"`{entry.name}` is not a reason for an error", nearest(entry.name, list(REASONS))
         )
-    return ErrorMeaning(entry.name, entry.help or "", None, sources.of(levels))
+    return ErrorMeaning(entry.name, entry.help or "", entry.retry, sources.of(levels))
 
 
 class SettingMaker:

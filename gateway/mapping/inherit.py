@@ -39,6 +39,16 @@ def inherit(levels: Sequence[Level]) -> Inherited:
     return Inherited(Traits.model_construct(**values), levels[-1][0], where)  # type: ignore[arg-type]
 
 
+def overlay(keys: Inherited, path: Path, case: Sourced) -> Inherited:
+    """The keys with those of a case laid over them; the case's own ``when`` and provenance are no keys."""
+    values = {name: getattr(keys.traits, name, None) for name in keys.where}
+    where = dict(keys.where)
+    for key in (Traits.model_fields.keys() & case.model_fields_set) - {"when", "source", "doubt"}:
+        values[key] = getattr(case, key)
+        where[key] = (*path, key)
+    return Inherited(Traits.model_construct(**values), keys.path, where)
+
+
 class Sources:
     """The documents of a profile, and which of them a datum comes from."""
 

@@ -57,7 +57,7 @@ class Layout:
         """Occupy the bits (first and width) of a field that always has the same value."""
         first = place.address * REGISTER + bits[0]
         self.claims.append(
-            Claim(place.table, first, first + bits[1] - 1, name, path, reads=True, writes=True)
+            Claim(place.table, first, first + bits[1] - 1, name, path, reads=False, writes=True)
         )
 
     def keep_word(self, word: Word) -> None:

@@ -59,6 +59,17 @@ class Document(Entry):
     similar: Truth = False
 
 
+def _list_or_one(value: object) -> str:
+    return "|list|" if isinstance(value, list) else "|one|"
+
+
+OneOrMore = Annotated[
+    Annotated[Text, Tag("|one|")] | Annotated[list[Text], Tag("|list|")], Discriminator(_list_or_one)
+]
+Condition = dict[str, OneOrMore]
+"""Name to a value, a range, or a list of them."""
+
+
 class Notation(Sourced):
     """How an address of the manual becomes a wire address: a weight for each ``<part>``."""
 
@@ -79,7 +90,15 @@ class CommLoss(Sourced):
 
     after: Duration | None = None
     action: Name | None = None
-    when: Later = None
+    when: Condition | None = None
+
+
+class Pauses(Sourced):
+    """Silence to keep after a read, a write, a broadcast."""
+
+    read: Duration | None = None
+    write: Duration | None = None
+    broadcast: Duration | None = None
 
 
 class Serial(Sourced):
@@ -91,7 +110,7 @@ class Serial(Sourced):
     units: Fact[WholeSpan] | None = None
     gap: Fact[Duration] | None = None
     reply: Fact[Durations] | None = None
-    pause: Later = None
+    pause: Pauses | None = None
     comm_loss: CommLoss | None = None
 
 
@@ -106,7 +125,7 @@ class Modbus(Sourced):
     holes: Fact[list[Address]] | None = None
     probe: Fact[Name] | None = None
     words: Fact[Literal["high_first", "low_first"]] | None = None
-    error_functions: Later = None
+    error_functions: Fact[WholeSpan] | None = None
 
 
 class NamedValue(Entry, Sourced):
@@ -128,17 +147,6 @@ Values = Annotated[
 """Raw value to name, or the name of a shared table."""
 
 
-def _list_or_one(value: object) -> str:
-    return "|list|" if isinstance(value, list) else "|one|"
-
-
-OneOrMore = Annotated[
-    Annotated[Text, Tag("|one|")] | Annotated[list[Text], Tag("|list|")], Discriminator(_list_or_one)
-]
-Condition = dict[str, OneOrMore]
-"""Name to a value, a range, or a list of them."""
-
-
 class Setting(Sourced):
     """A fact that only the panel or the plant knows."""
 
@@ -155,8 +163,8 @@ class ErrorCode(Entry, Sourced):
     first: ClassVar[str] = "name"
     name: Name
     help: Text | None = None
-    retry: Later = None
-    retry_when: Later = None
+    retry: Duration | None = None
+    retry_when: Condition | None = None
 
 
 class Traits(Sourced):
@@ -176,11 +184,25 @@ class Traits(Sourced):
     only_when: Condition | None = None
     wear: Wear | None = None
     danger: dict[str, Text] | None = None
-    shift: Later = None
-    when: Later = None
-    cases: Later = None
-    select: Later = None
-    then: Later = None
+    shift: Name | None = None
+    when: Condition | None = None
+    cases: list[Case] | None = None
+    select: dict[str, Text] | None = None
+    then: Name | None = None
+
+
+class Case(Sourced):
+    """What replaces keys of the entry while ``when`` holds; without ``when`` always."""
+
+    when: Condition | None = None
+    type: Text | None = None
+    words: Literal["high_first", "low_first"] | None = None
+    unit: UnitOf | None = None
+    times: Name | None = None
+    offset: Number | None = None
+    values: Values | None = None
+    special: dict[str, Name] | None = None
+    range: Span | None = None
 
 
 class BitField(Entry, Traits):
@@ -206,9 +228,9 @@ class Register(Entry, Traits):
     repeat: WholeSpan | None = None
     stride: Count | None = None
     help: Text | None = None
-    silent: Later = None
-    twin: Later = None
-    pause: Later = None
+    silent: Truth = False
+    twin: Name | None = None
+    pause: Duration | None = None
     active: Misplaced = None
     always: Misplaced = None
     pulse: Misplaced = None
@@ -227,7 +249,7 @@ class Step(Shape):
     write: dict[str, Text]
     until: Condition | None = None
     within: Duration = 1.0
-    when: Later = None
+    when: Condition | None = None
 
 
 class Command(Sourced):
@@ -267,6 +289,13 @@ class Commands(Sourced):
     __pydantic_extra__: dict[str, Command] = Field(init=False)
 
 
+class Broadcast(Traits):
+    """What may be sent to all drives at once, in an address space of its own."""
+
+    points: dict[str, Register] = Field(min_length=1)
+    commands: dict[str, Command] = Field(default_factory=dict)
+
+
 class RawProfile(Shape):
     """A profile file."""
 
@@ -285,5 +314,5 @@ class RawProfile(Shape):
     errors: Errors | None = None
     groups: dict[str, Group] = Field(min_length=1)
     commands: Commands = Commands()
-    broadcast: Later = None
+    broadcast: Broadcast | None = None
     simulate: RawSimulate | None = None

@@ -12,7 +12,7 @@ from gateway.mapping.finding import Report
 from gateway.mapping.forms import FormError
 from gateway.mapping.inherit import Inherited, Level, Sources, inherit
 from gateway.mapping.layout import REGISTER, Layout
-from gateway.mapping.model import BitField, Group, Register
+from gateway.mapping.model import BitField, Broadcast, Group, Register
 from gateway.mapping.node import Path
 from gateway.mapping.notation import Notations, Place
 from gateway.mapping.profile import Point, Word
@@ -31,9 +31,8 @@ class PointMaker:
         self._report = report
         self.layout = Layout()
 
-    def add(self, name: str, group: Group) -> None:
+    def add(self, name: str, group: Group | Broadcast, path: Path) -> None:
         """Add all points of a group."""
-        path: Path = ("groups", name)
         self._check_name(name, path)
         for entry, register in group.points.items():
             own = (*path, "points", entry)
@@ -61,7 +60,9 @@ class PointMaker:
             place = self._shifted(first, index * stride, path)
             if place is None:
                 break
-            self.layout.keep(self._datum.make(name, place, encoding, entry), keys)
+            point = self._datum.make(name, place, encoding, entry)
+            pause = register.pause or 0.0
+            self.layout.keep(replace(point, silent=register.silent, twin=register.twin, pause=pause), keys)
 
     def _add_fields(self, group: str, place: Place, register: Register, levels: list[Level]) -> None:
         """A register that is cut into fields."""
@@ -70,13 +71,14 @@ class PointMaker:
         if register.repeat or register.stride:
             message = "`repeat` beside `bits` is not supported by this version"
             self._report.error((*path, "repeat"), message, "write each register down", key=True)
-        word = Word(place.address, register.image)
+        word = Word(place.address, register.image, shift=inherit(levels).traits.shift)
+        pause = register.pause or 0.0
         for name, raw in (register.bits or {}).items():
             own: Level = ((*path, "bits", name), raw)
-            word = self._add_field(word, raw, place, _entry(group, [*levels, own], raw))
+            word = self._add_field(word, raw, place, _entry(group, [*levels, own], raw), pause)
         self.layout.keep_word(word)
 
-    def _add_field(self, word: Word, raw: BitField, place: Place, entry: Entry) -> Word:
+    def _add_field(self, word: Word, raw: BitField, place: Place, entry: Entry, pause: float) -> Word:
         """One field, or several by ``repeat``; gives back the word with what it adds."""
         first, width = raw.bit
         path = entry.keys.path
@@ -92,7 +94,7 @@ class PointMaker:
             else:
                 encoding = self._encodings.make(entry.keys, (bit, width), raw.active)
                 point = self._datum.make(name, place, encoding, entry)
-                word = self._with_field(word, replace(point, pulse=raw.pulse or 0.0), entry.keys)
+                word = self._with_field(word, replace(point, pulse=raw.pulse or 0.0, pause=pause), entry.keys)
         return word
 
     def _constant(self, word: Word, value: int, bits: tuple[int, int], path: Path) -> Word:

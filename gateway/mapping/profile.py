@@ -183,6 +183,8 @@ class Point:
     """Command to run after a write, once per batch of writes."""
     twin: str | None = None
     """The point that holds the same value without wear."""
+    shift: str | None = None
+    """Setting that is added to the address; None once the profile is specialised."""
     silent: bool = False
     """The drive does not answer a write of this point."""
     pause: float = 0.0
@@ -211,6 +213,8 @@ class Word:
     always_bits: int = 0
     pulse_mask: int = 0
     fields: tuple[str, ...] = ()
+    shift: str | None = None
+    """As `Point.shift`."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,6 +7,7 @@ from types import MappingProxyType
 
 from gateway.mapping import facts, forms
 from gateway.mapping.commands import CommandMaker
+from gateway.mapping.dependent import DependentMaker
 from gateway.mapping.encodings import Encodings
 from gateway.mapping.facts import SettingMaker
 from gateway.mapping.finding import Report
@@ -17,7 +18,17 @@ from gateway.mapping.model import RawProfile
 from gateway.mapping.node import Path
 from gateway.mapping.notation import Notations
 from gateway.mapping.points import PointMaker
-from gateway.mapping.profile import Command, Document, Kind, Point, Profile, Setting
+from gateway.mapping.profile import (
+    Access,
+    Broadcast,
+    Command,
+    Document,
+    Kind,
+    ModbusFacts,
+    Point,
+    Profile,
+    Setting,
+)
 from gateway.mapping.twins import TwinMaker
 from gateway.mapping.values import Conditions
 
@@ -47,6 +58,7 @@ class _Resolver:
         self.sources = Sources(self.documents, report)
         self.notations = Notations(raw.addresses, report)
         self.encodings = Encodings(raw.values, raw.modbus, report)
+        self.broadcast_names: list[tuple[str, Path]] = []
 
     def run(self) -> Resolved:
         raw = self.raw
@@ -65,15 +77,16 @@ class _Resolver:
             models=tuple(raw.models),
             version=raw.version,
             documents=self.documents,
-            serial=facts.serial_facts(raw.serial, self.report),
+            serial=facts.serial_facts(raw.serial, conditions, self.report),
             modbus=modbus,
             settings=MappingProxyType(settings),
-            errors=MappingProxyType(facts.error_meanings(raw.errors, self.sources, self.report)),
+            errors=MappingProxyType(facts.error_meanings(raw.errors, conditions, self.sources, self.report)),
             points=MappingProxyType(points),
             words=MappingProxyType(layout.words),
             commands=MappingProxyType(self.commands(maker)),
             groups=MappingProxyType({name: group.help or "" for name, group in raw.groups.items()}),
             facts=facts.facts_with_provenance(raw, self.sources),
+            broadcast=self.broadcast(conditions, modbus),
             simulate=twins.make(raw.simulate),
         )
         self.one_name_space(layout)
@@ -91,17 +104,40 @@ class _Resolver:
     def layout(self) -> Layout:
         maker = PointMaker(self.notations, self.encodings, self.sources, self.report)
         for name, group in self.raw.groups.items():
-            maker.add(name, group)
+            maker.add(name, group, ("groups", name))
         return maker.layout
 
     def with_conditions(self, layout: Layout, conditions: Conditions) -> dict[str, Point]:
-        """The points with their preconditions, which may name any other point."""
-        points = {}
-        for name, point in layout.points.items():
-            keys = layout.keys[name]
-            found = conditions.find(keys.traits.only_when, keys.place("only_when"))
-            points[name] = replace(point, only_when=found) if point.access.writable else point
-        return points
+        """The points with everything that may name other points."""
+        maker = DependentMaker(layout, conditions, self.encodings, self.report)
+        cased = {name: maker.with_cases(point) for name, point in layout.points.items()}
+        layout.points.update(cased)
+        return {name: maker.make(point) for name, point in cased.items()}
+
+    def broadcast(self, conditions: Conditions, modbus: ModbusFacts) -> Broadcast | None:
+        """What may be sent to all drives at once: its own points, and commands proved by the drives' own."""
+        raw = self.raw.broadcast
+        if raw is None:
+            return None
+        maker = PointMaker(self.notations, self.encodings, self.sources, self.report)
+        maker.add("broadcast", raw, ("broadcast",))
+        points = {
+            name: replace(p, access=Access.WRITE, only_when=()) for name, p in maker.layout.points.items()
+        }
+        self.broadcast_names = maker.layout.names
+        commands = CommandMaker(points, modbus, conditions, self.sources, self.report)
+        place: Path = ("broadcast", "commands")
+        return Broadcast(
+            points=MappingProxyType(points),
+            words=MappingProxyType(maker.layout.words),
+            commands=MappingProxyType(
+                {
+                    name: commands.make(name, entry, [(("broadcast",), raw), ((*place, name), entry)])
+                    for name, entry in raw.commands.items()
+                }
+            ),
+            provenance=self.sources.of([(("broadcast",), raw)]),
+        )
 
     def commands(self, maker: CommandMaker) -> dict[str, Command]:
         section = self.raw.commands
@@ -120,8 +156,12 @@ class _Resolver:
         commands: list[tuple[str, Path]] = [
             (name, ("commands", name)) for name in self.raw.commands.__pydantic_extra__ or {}
         ]
-        for name, path in [*settings, *layout.names, *commands]:
-            if path[0] != "groups":
+        broadcasts: list[tuple[str, Path]] = [
+            (name, ("broadcast", "commands", name))
+            for name in (self.raw.broadcast.commands if self.raw.broadcast else ())
+        ]
+        for name, path in [*settings, *layout.names, *commands, *self.broadcast_names, *broadcasts]:
+            if path[0] not in ("groups", "broadcast") or path in dict(broadcasts).values():
                 self._snake_case(name, path)
             if name in first:
                 line = self.report.root.mark(first[name], key=True)[0]

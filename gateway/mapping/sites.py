@@ -17,6 +17,7 @@ from gateway.mapping.sections import Mqtt, Opcua, Publish
 from gateway.mapping.shape import nearest
 from gateway.mapping.site import Control, DriveConfig, LineConfig, Rs485, Site
 from gateway.mapping.sitefile import RawSite
+from gateway.mapping.specialise import specialise
 from gateway.mapping.values import single_value
 
 RATES = {"fast": 0.2, "normal": 1.0, "slow": 30.0}
@@ -83,13 +84,15 @@ def _drive(
     place: Place = ("lines", line, "drives", name)
     control = raw.control or sitefile.Control()
     ranges = {point: (ends[0], ends[1]) for point, ends in raw.ranges.items()}
+    settings = _settings(raw, profile, (*place, "settings"), report)
+    known = settings.keys() >= profile.settings.keys()
     return DriveConfig(
         name=name,
         line=line,
-        profile=profile,
+        profile=specialise(profile, settings) if known else profile,
         unit=raw.unit,
         ranges=MappingProxyType(ranges),
-        settings=MappingProxyType(_settings(raw, profile, (*place, "settings"), report)),
+        settings=MappingProxyType(settings),
         control=Control(control.lease, control.ttl, control.on_expiry),
     )
 

@@ -7,10 +7,11 @@ core's. Nothing sleeps: time jumps from one thing that is due to the next.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from fractions import Fraction
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from gateway.bridge.api import Batch, DriveState, Happened
 from gateway.bridge.messages import Done, Promised, ReadTags, Response, RunCommand, Samples, Watch, WriteTag
@@ -35,6 +36,7 @@ from gateway.core.events import (
 from gateway.mapping.load import builtin_mappings, load_profile
 from gateway.mapping.profile import Profile, SerialFormat
 from gateway.mapping.site import DriveConfig, LineConfig, Rs485, Site
+from gateway.mapping.specialise import specialise
 from gateway.simulator.build import build_drives, wire_timing
 from gateway.simulator.happening import Options
 from gateway.simulator.line import Line as SimulatedLine
@@ -88,6 +90,28 @@ def make_site(drives: int = 1, *, writes: bool = True, first_unit: int = 5, baud
         mqtt=(),
         digest="0" * 64,
     )
+
+
+def site_of(
+    profile_name: str, *, framing: Literal["rtu", "ascii"] = "rtu", writes: bool = True, **settings: Fraction
+) -> Site:
+    """A site with one drive, drive-1 at unit 1, of any shipped profile, on a line in its factory format."""
+    profile, findings = load_profile(builtin_mappings() / f"{profile_name}.yaml")
+    assert profile is not None, findings
+    known = {name: s.default for name, s in profile.settings.items() if s.default is not None} | settings
+    special = specialise(profile, known)
+    drive = DriveConfig(name="drive-1", line="north", profile=special, unit=1, settings=known)
+    formats = profile.serial.rtu if framing == "rtu" else profile.serial.ascii
+    line = LineConfig(
+        name="north",
+        port="simulated:",
+        framing=framing,
+        baud=9600,
+        format=formats[0],
+        rs485=Rs485(),
+        drives=(drive,),
+    )
+    return replace(make_site(writes=writes), lines=(line,))
 
 
 class World:

@@ -96,6 +96,7 @@ def _place(point: Point) -> dict[str, Any]:
         "table": point.table,
         "notation": point.notation,
         "bits": bits_of(point.encoding),
+        "shift": point.shift,
         "select": {name: number(value.value) for name, value in point.select.items()},
     }
 
@@ -140,6 +141,7 @@ def word_object(word: Word) -> dict[str, Any]:
     """A register that is cut into fields, and what every write lays over it."""
     return {
         "register": hexadecimal(word.address),
+        "shift": word.shift,
         "image": word.image,
         "always_mask": hexadecimal(word.always_mask),
         "always_bits": hexadecimal(word.always_bits),

@@ -90,6 +90,8 @@ def place_text(point: Point) -> str:
 
 def notes(point: Point, doubts: bool = True) -> Iterator[str]:
     """What else there is to know of a point, each in a few words."""
+    if point.shift is not None:
+        yield f"address + {point.shift}"
     yield from (f"when {term.text}" for term in point.when)
     yield from (_case_text(case) for case in point.cases)
     yield from (f"{raw}={name}" for raw, name in {**point.encoding.values, **point.encoding.special}.items())

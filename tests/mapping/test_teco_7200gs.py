@@ -257,11 +257,25 @@ def test_what_is_locked_while_running() -> None:
     assert not any(point.only_when for point in parameters("An") + parameters("bn"))
 
 
-def test_what_means_two_things_is_not_written() -> None:
-    assert {p.notation for g in PARAMETERS for p in parameters(g) if not p.access.writable} == {
-        "Cn-32",
-        "Cn-33",
+GP, SL = "control_mode: vf", "control_mode: sensorless"
+
+
+def test_what_depends_on_the_control_mode() -> None:
+    # 9.3, second note: GP is V/f mode, SL sensorless
+    found = {
+        point.name: [term.text for term in point.when] for point in PROFILE.points.values() if point.when
     }
+    assert found == {
+        "overtorque_measure": [SL],
+        "slip_compensation_regenerating": [SL],
+        "po_36f_frequency": [GP],
+        "iron_loss": [GP],
+        "motor_leakage_inductance": [SL],
+        "torque_compensation_limit": [GP],
+        "torque_limit": [SL],
+    }
+    assert {point.notation for point in at(0x021F)} == {"Cn-32"}
+    assert {point.notation for point in at(0x0220)} == {"Cn-33"}
 
 
 def test_initialising_the_drive_is_a_danger() -> None:

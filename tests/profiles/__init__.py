@@ -1,0 +1,1 @@
+"""The shipped profiles against facts taken by hand from the documents, apart from the YAML."""

@@ -20,6 +20,7 @@ from gateway.mapping.shape import nearest, validate
 from gateway.mapping.site import Site
 from gateway.mapping.sitecheck import check_site
 from gateway.mapping.sitefile import RawSite
+from gateway.mapping.sitenames import with_names
 from gateway.mapping.sites import resolve_site
 
 SUFFIX = ".yaml"
@@ -81,6 +82,7 @@ def load_site(path: Path, extra: Sequence[Path] = ()) -> tuple[Site | None, list
     library = _Library(_folders(raw, path, extra), data)
     profiles = library.of(raw, report)
     site = resolve_site(raw, path.absolute(), profiles, library.digest.hexdigest(), report)
+    site = with_names(raw, site, profiles, report)
     check_site(raw, site, report)
     _check_files(raw, site, report)
     found = [*in_order([*findings, *report.findings]), *library.findings]

@@ -84,6 +84,32 @@ class Rs485(Shape):
     rts: Literal["none", "send_high", "send_low"] = "none"
 
 
+class MemberNames(Shape):
+    """How single points or commands are called outside."""
+
+    node: Text | None = None
+    browse: Text | None = None
+    topic: Text | None = None
+
+    def given(self) -> dict[str, str]:
+        """The names that stand there, by key."""
+        return {key: text for key, text in self if isinstance(text, str)}
+
+
+class Templates(MemberNames):
+    """How drives, points and commands are called outside: texts with placeholders."""
+
+    drive_node: Text | None = None
+    drive_browse: Text | None = None
+    drive_topic: Text | None = None
+
+
+class DriveNames(Templates):
+    """The templates of one drive, and the names of single points and commands."""
+
+    points: dict[str, MemberNames] = Field(default_factory=dict)
+
+
 class Drive(Shape):
     """A drive on a line."""
 
@@ -96,6 +122,7 @@ class Drive(Shape):
         default_factory=dict
     )
     control: Control | None = None
+    names: DriveNames | None = None
 
 
 class Line(Shape):
@@ -128,6 +155,7 @@ class RawSite(Shape):
     gateway: Label
     profiles: list[Text] = Field(default_factory=list)
     lines: dict[str, Line] = Field(min_length=1)
+    names: Templates = Templates()
     rates: dict[str, Duration] = Field(default_factory=dict)
     writes: Writes = Writes()
     opcua: Opcua | None = None

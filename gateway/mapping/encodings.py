@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping
 from fractions import Fraction
 from types import MappingProxyType
+from typing import NamedTuple
 
 from gateway.mapping import forms
 from gateway.mapping.finding import Report
@@ -17,8 +18,23 @@ from gateway.mapping.profile import Encoding, NumberType, WordOrder
 from gateway.mapping.shape import nearest
 
 _WORDS = {"u16": 1, "s16": 1, "u32": 2, "s32": 2, "u64": 4, "f32": 2, "bcd": 1}
+REGISTER = 16
+"""Bits of a register."""
 _TEXT = re.compile(r"text ([1-9]\d{0,2})", re.ASCII)
 _IN_FIELDS = ("u16", "s16", "bcd")
+
+Pattern = tuple[int, int, str]
+"""Mask, bits and name of raw values of which only some bits count."""
+
+
+class Names(NamedTuple):
+    """The names of a table of values: of single raw values, and of those that fit a pattern."""
+
+    values: Mapping[int, str]
+    patterns: tuple[Pattern, ...] = ()
+
+
+_NAMELESS = Names(MappingProxyType({}))
 
 
 class Encodings:
@@ -34,6 +50,7 @@ class Encodings:
         traits = keys.traits
         unit = traits.unit or Unit(Fraction(1), "")
         kind, words = self._type(traits.type or "u16", keys.place("type"), field=bits is not None)
+        names = self.values(traits.values, keys.place("values"))
         encoding = Encoding(
             type=kind,
             words=words,
@@ -45,34 +62,50 @@ class Encodings:
             symbol=unit.symbol or None,
             times=traits.times,
             offset=traits.offset or Fraction(0),
-            values=self.values(traits.values, keys.place("values")),
+            values=names.values,
+            patterns=names.patterns,
             special=self._special(traits.special or {}, keys.place("special")),
         )
         self._fits(encoding, keys)
         return encoding
 
-    def values(self, raw: Values | None, path: Path) -> Mapping[int, str]:
-        """Raw value to name, of a table in place or of a shared one."""
+    def values(self, raw: Values | None, path: Path) -> Names:
+        """The names of a table in place or of a shared one."""
         if raw is None:
-            return MappingProxyType({})
+            return _NAMELESS
         if isinstance(raw, dict):
             return self.names(raw, path)
         if raw not in self._shared:
             self._report.unknown_name(
                 path, f"`{raw}` is none of the tables under `values`", nearest(raw, list(self._shared))
             )
-        return self._shared.get(raw, MappingProxyType({}))
+        return self._shared.get(raw, _NAMELESS)
 
-    def names(self, table: ValueTable, path: Path) -> Mapping[int, str]:
-        """Raw value to name; each must stand there once."""
+    def names(self, table: ValueTable, path: Path) -> Names:
+        """The names of a table; each raw value must have one name, and each name one place."""
         result: dict[int, str] = {}
+        patterns: list[Pattern] = []
         for key, entry in table.items():
-            raw = self._key(key, (*path, key))
-            if raw is None:
-                continue
-            self._once(raw, entry, result, (*path, key))
-            result[raw] = entry.name
-        return MappingProxyType(result)
+            cut = forms.pattern(key)
+            if cut is not None:
+                self._apart(key, (*cut, entry.name), patterns, result, (*path, key))
+                patterns.append((*cut, entry.name))
+            elif (raw := self._key(key, (*path, key))) is not None:
+                self._once(raw, entry, result, (*path, key))
+                self._apart(key, (-1, raw, entry.name), patterns, {}, (*path, key))
+                result[raw] = entry.name
+        return Names(MappingProxyType(result), tuple(patterns))
+
+    def _apart(
+        self, key: str, own: Pattern, patterns: list[Pattern], single: Mapping[int, str], path: Path
+    ) -> None:
+        """No raw value may fit two keys. A single value is a pattern whose mask is -1: all bits count."""
+        for mask, bits, name in [*patterns, *((-1, raw, name) for raw, name in single.items())]:
+            if not (bits ^ own[1]) & mask & own[0]:
+                message = f"`{key}` fits raw values that are named `{name}` already"
+                self._report.error(path, message, "make the patterns differ in a bit that counts", key=True)
+            elif name == own[2]:
+                self._report.error(path, f"the name `{name}` stands for two raw values", "use another name")
 
     def _once(self, raw: int, entry: NamedValue, known: Mapping[int, str], path: Path) -> None:
         if raw in known:
@@ -88,7 +121,7 @@ class Encodings:
 
     def _key(self, text: str, path: Path) -> int | None:
         try:
-            return forms.raw_value(text)
+            return forms.integer(text)
         except FormError as error:
             self._report.error(path, error.message, error.remedy, key=True)
             return None
@@ -109,6 +142,7 @@ class Encodings:
     def _fits(self, encoding: Encoding, keys: Inherited) -> None:
         """Complain about raw values that cannot occur, and about names for what is no count."""
         self._unmixed(encoding, keys)
+        self._fit_patterns(encoding, keys)
         span = raw_span(encoding)
         for key, table in (("values", encoding.values), ("special", encoding.special)):
             if table and span is None:
@@ -125,12 +159,23 @@ class Encodings:
                         "correct the value or the width",
                     )
 
+    def _fit_patterns(self, encoding: Encoding, keys: Inherited) -> None:
+        """A pattern speaks of the bits of one unsigned value."""
+        size = encoding.width or REGISTER
+        if encoding.patterns and (encoding.type is not NumberType.U16):
+            message = f"patterns cannot stand beside `type: {encoding.type}`"
+            self._report.error(keys.place("values"), message, "leave the type out")
+        for mask, _, name in encoding.patterns:
+            if mask >> size:
+                message = f"the pattern of `{name}` has more than {size} bits"
+                self._report.error(keys.place("values"), message, "correct the pattern or the width")
+
     def _unmixed(self, encoding: Encoding, keys: Inherited) -> None:
         """A unit is for amounts: neither a single bit nor named values have one."""
         amount = encoding.symbol or encoding.times or encoding.offset
-        if amount and (encoding.values or encoding.width == 1):
+        if amount and (encoding.values or encoding.patterns or encoding.width == 1):
             key = next(key for key in ("unit", "times", "offset") if key in keys.where)
-            what = "`values`" if encoding.values else "a single bit"
+            what = "`values`" if encoding.values or encoding.patterns else "a single bit"
             message = f"`{key}` cannot stand beside {what}"
             self._report.error(keys.place(key), message, "leave one of them out", key=True)
 

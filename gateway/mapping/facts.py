@@ -29,8 +29,8 @@ from gateway.mapping.profile import (
 from gateway.mapping.shape import nearest
 from gateway.mapping.values import Conditions, in_words, single_value
 
-KNOWN_FUNCTIONS = (0x03, 0x04, 0x06, 0x08, 0x10)
-"""Function codes that this version can send."""
+STANDARD_FUNCTIONS = (*range(0x01, 0x09), 0x0B, 0x0C, 0x0F, 0x10, 0x11, *range(0x14, 0x19), 0x2B)
+"""The public function codes of Modbus. A drive may speak them all; 03H, 04H, 06H, 08H and 10H are sent."""
 WRITE_ONE, WRITE_MANY, LOOP_BACK, READ_HOLDING, READ_INPUT = 0x06, 0x10, 0x08, 0x03, 0x04
 REASONS = (
     "illegal_function",
@@ -94,12 +94,9 @@ def modbus_facts(raw: Modbus, notations: Notations, report: Report) -> ModbusFac
     """Which requests the drive takes. The probe is chosen later, when the points are known."""
     functions = tuple(raw.functions.value) if raw.functions else ModbusFacts().functions
     for index, code in enumerate(functions):
-        if code not in KNOWN_FUNCTIONS:
-            report.error(
-                ("modbus", "functions", index),
-                f"function {code:02X}H is not supported by this version",
-                "leave it out",
-            )
+        if code not in STANDARD_FUNCTIONS:
+            message = f"{code:02X}H is no function of standard Modbus"
+            report.error(("modbus", "functions", index), message, "leave it out")
     write_one = raw.write_one.value if raw.write_one else WRITE_ONE if WRITE_ONE in functions else WRITE_MANY
     if raw.write_one and (write_one not in functions or write_one not in (WRITE_ONE, WRITE_MANY)):
         report.error(
@@ -212,7 +209,7 @@ class SettingMaker:
             low=low,
             high=high,
             symbol=self._symbol(raw, path),
-            values=self._encodings.values(raw.values, (*path, "values")),
+            values=self._values(raw, (*path, "values")),
             help=raw.help or "",
             provenance=self._sources.of(levels),
         )
@@ -227,6 +224,13 @@ class SettingMaker:
             )
             return None, None
         return raw.range.low, raw.range.high
+
+    def _values(self, raw: RawSetting, path: Path) -> Mapping[int, str]:
+        names = self._encodings.values(raw.values, path)
+        if names.patterns:
+            remedy = "name each raw value by itself"
+            self._report.error(path, "a setting has no bits that a pattern could pick", remedy)
+        return names.values
 
     def _symbol(self, raw: RawSetting, path: Path) -> str | None:
         if raw.unit is None:

@@ -56,8 +56,8 @@ class Report:
         return has_errors(self.findings)
 
     def _add(self, severity: Severity, path: Path, message: str, remedy: str, key: bool) -> None:
-        line, column = self.root.mark(path, key=key)
-        finding = Finding(severity, self.file, line, column, message, remedy)
+        file, (line, column) = self.root.place(path, key=key)
+        finding = Finding(severity, file or self.file, line, column, message, remedy)
         if finding not in self.findings:
             self.findings.append(finding)
 

@@ -80,11 +80,13 @@ def integer(text: str) -> int:
     return int(value)
 
 
-def raw_value(text: str) -> int:
-    """An `integer` that is a key of ``values``."""
-    if _PATTERN.fullmatch(text):
-        raise FormError("patterns are not supported by this version", "name each raw value by itself")
-    return integer(text)
+def pattern(text: str) -> tuple[int, int] | None:
+    """Mask and bits of ``x01xB``, a raw value of which only some bits count; None for any other text."""
+    if not _PATTERN.fullmatch(text):
+        return None
+    digits = text[:-1]
+    mask = int("".join("0" if digit == "x" else "1" for digit in digits), 2)
+    return mask, int(digits.replace("x", "0"), 2)
 
 
 def span(text: str) -> Range:

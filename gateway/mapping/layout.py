@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from gateway.mapping.encodings import REGISTER
 from gateway.mapping.inherit import Inherited
 from gateway.mapping.node import Path
 from gateway.mapping.notation import Place
 from gateway.mapping.profile import Point, Table, Word
-
-REGISTER = 16
-"""Bits of a register."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
-import re
 import stat
 from collections.abc import Sequence
 from pathlib import Path
 
 from gateway.mapping.check import check
 from gateway.mapping.finding import Finding, Report, has_errors, in_order
+from gateway.mapping.library import SUFFIX as SUFFIX  # noqa: PLC0414
+from gateway.mapping.library import Library, unreadable
+from gateway.mapping.lineage import with_parents
 from gateway.mapping.model import RawProfile
 from gateway.mapping.node import Path as Place
 from gateway.mapping.profile import Profile
@@ -23,9 +24,6 @@ from gateway.mapping.sitefile import RawSite
 from gateway.mapping.sitenames import with_names
 from gateway.mapping.sites import resolve_site
 
-SUFFIX = ".yaml"
-_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]*")
-
 
 def builtin_mappings() -> Path:
     """The folder of the profiles that come with the gateway: beside the package in a checkout, inside it
@@ -36,17 +34,27 @@ def builtin_mappings() -> Path:
 
 
 def load_profile(path: Path) -> tuple[Profile | None, list[Finding]]:
-    """A profile, or None when it has errors; and all findings in the order of the file."""
+    """A profile, or None when it has errors; and all findings in the order of the file.
+
+    A profile that it is ``like`` is sought beside it and among the built-in ones.
+    """
+    library = Library([path.parent, builtin_mappings()])
     try:
-        data = path.read_bytes()
+        file = library.take(path)
     except OSError as error:
-        return None, [_unreadable(path, error)]
-    return profile_of(data, str(path), path.stem)
+        return None, [unreadable(path, error)]
+    return profile_of(file.data, file.name, path.stem, library)
 
 
-def profile_of(data: bytes, file: str, stem: str) -> tuple[Profile | None, list[Finding]]:
-    """As `load_profile`, from the file's bytes; ``file`` is its name in findings."""
+def profile_of(
+    data: bytes, file: str, stem: str, library: Library | None = None
+) -> tuple[Profile | None, list[Finding]]:
+    """As `load_profile`, from the file's bytes; ``file`` is its name in findings, ``library`` has the
+    profiles that it may be ``like``."""
     root, findings = read(data, file)
+    if root is not None:
+        root, descent = with_parents(root, library or Library([builtin_mappings()]))
+        findings += descent
     if root is None:
         return None, findings
     report = Report(file, root)
@@ -70,7 +78,7 @@ def load_site(path: Path, extra: Sequence[Path] = ()) -> tuple[Site | None, list
     try:
         data = path.read_bytes()
     except OSError as error:
-        return None, [_unreadable(path, error)]
+        return None, [unreadable(path, error)]
     root, findings = read(data, str(path))
     if root is None:
         return None, findings
@@ -79,13 +87,14 @@ def load_site(path: Path, extra: Sequence[Path] = ()) -> tuple[Site | None, list
     raw = validate(RawSite, report)
     if raw is None:
         return None, in_order([*findings, *report.findings])
-    library = _Library(_folders(raw, path, extra), data)
-    profiles = library.of(raw, report)
+    library = Library(_folders(raw, path, extra), data)
+    shelf = _Shelf(library)
+    profiles = shelf.of(raw, report)
     site = resolve_site(raw, path.absolute(), profiles, library.digest.hexdigest(), report)
     site = with_names(raw, site, profiles, report)
     check_site(raw, site, report)
     _check_files(raw, site, report)
-    found = [*in_order([*findings, *report.findings]), *library.findings]
+    found = [*in_order([*findings, *report.findings]), *shelf.findings]
     return (None if has_errors(found) else site), found
 
 
@@ -94,12 +103,11 @@ def _folders(raw: RawSite, path: Path, extra: Sequence[Path]) -> list[Path]:
     return [*listed, *extra, path.parent, builtin_mappings()]
 
 
-class _Library:
+class _Shelf:
     """The profiles of one site: each is read once, and counts in the site's digest."""
 
-    def __init__(self, folders: Sequence[Path], site: bytes) -> None:
-        self.folders = folders
-        self.digest = hashlib.sha256(site)
+    def __init__(self, library: Library) -> None:
+        self._library = library
         self.findings: list[Finding] = []
 
     def of(self, raw: RawSite, report: Report) -> dict[str, Profile]:
@@ -114,18 +122,16 @@ class _Library:
         return {name: profile for name, profile in loaded.items() if profile is not None}
 
     def _load(self, name: str, place: Place, report: Report) -> Profile | None:
-        path = next((file for folder in self.folders if (file := folder / f"{name}{SUFFIX}").is_file()), None)
-        if path is None or not _NAME.fullmatch(name):
-            known = sorted({file.stem for folder in self.folders for file in folder.glob(f"*{SUFFIX}")})
-            report.error(place, f"there is no profile `{name}`", nearest(name, known))
+        path = self._library.find(name)
+        if path is None:
+            report.error(place, f"there is no profile `{name}`", nearest(name, self._library.names()))
             return None
         try:
-            data = path.read_bytes()
+            file = self._library.take(path)
         except OSError as error:
-            self.findings.append(_unreadable(path, error))
+            self.findings.append(unreadable(path, error))
             return None
-        self.digest.update(data)
-        profile, findings = profile_of(data, str(path), path.stem)
+        profile, findings = profile_of(file.data, file.name, path.stem, self._library)
         self.findings += findings
         return profile
 
@@ -151,9 +157,3 @@ def _check_files(raw: RawSite, site: Site, report: Report) -> None:
 def _open_to_all(file: Path) -> bool:
     """True when everybody may read the file; Windows has no such mode to look at."""
     return os.name == "posix" and bool(stat.S_IMODE(file.stat().st_mode) & stat.S_IROTH)
-
-
-def _unreadable(path: Path, error: OSError) -> Finding:
-    return Finding(
-        "error", str(path), 1, 1, f"cannot be read: {error.strerror}", "check the path and its rights"
-    )

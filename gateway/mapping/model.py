@@ -19,7 +19,6 @@ from gateway.mapping.scalars import (
     Durations,
     Format,
     Integer,
-    Later,
     Misplaced,
     Name,
     Number,
@@ -304,7 +303,7 @@ class RawProfile(Shape):
     maker: Text
     models: list[Text] = Field(min_length=1)
     version: Count
-    like: Later = None
+    like: Text | None = None
     documents: dict[str, Document] = Field(min_length=1)
     addresses: Addresses = Addresses()
     serial: Serial

@@ -14,12 +14,14 @@ Mark = tuple[int, int]
 @dataclass(frozen=True, slots=True)
 class Node:
     """A scalar (its text), a list, or a table, and where it starts. ``keys`` tells where each key of a
-    table stands."""
+    table stands; a key there without a value was written as ``null`` or refused."""
 
     line: int
     column: int
     value: str | list[Node] | dict[str, Node]
     keys: dict[str, Mark] = field(default_factory=dict)
+    file: str = ""
+    """The file that it stands in: with ``like``, the parts of one tree come from several."""
 
     def child(self, part: str | int) -> Node | None:
         """The value under a key or index, None when there is none."""
@@ -32,6 +34,10 @@ class Node:
     def mark(self, path: Path, *, key: bool = False) -> Mark:
         """Where the value of ``path`` starts (or its key); where the path leaves the tree, the place
         it left. A bare scalar stands for its first key, so a path may be longer than the tree is deep."""
+        return self.place(path, key=key)[1]
+
+    def place(self, path: Path, *, key: bool = False) -> tuple[str, Mark]:
+        """As `mark`, with the file."""
         node, spot = self, (self.line, self.column)
         for part in path:
             found = node.child(part)
@@ -39,7 +45,7 @@ class Node:
                 break
             spot = node.keys.get(str(part), spot) if key else (found.line, found.column)
             node = found
-        return spot
+        return node.file, spot
 
     def plain(self) -> object:
         """The tree as str, list and dict."""

@@ -106,12 +106,6 @@ class Notations:
         regex = re.compile(r"(\d+)".join(re.escape(piece) for piece in _PART.split(pattern)[::2]), re.ASCII)
         values = tuple(weights[part] for part in parts)
         rule = _Rule(pattern, regex, values, notation.add, Table(notation.table))
-        if notation.table in ("coil", "discrete"):
-            report.error(
-                (*path, "table"),
-                f"`table: {notation.table}` is not supported by this version",
-                "leave these points out",
-            )
         self._rules.append(rule)
         _prove(rule, notation.example, path, report)
 

@@ -20,6 +20,9 @@ def check_point(point: Point, keys: Inherited, resolved: Resolved, report: Repor
     _check_times(point, keys, resolved, report)
     _check_functions(point, keys, resolved.profile, report)
     _check_origin(point, keys, report)
+    if point.access.writable and point.encoding.patterns:
+        message = f"`{point.name}` is written, but patterns are for reading only"
+        report.error(keys.place("values"), message, "name each raw value by itself")
     if point.limits is not None:
         _check_limits(point, point.limits, keys, resolved, report)
     if (
@@ -91,6 +94,10 @@ def _in_circle(point: Point, profile: Profile) -> bool:
 
 def _check_functions(point: Point, keys: Inherited, profile: Profile, report: Report) -> None:
     """The drive must speak the functions that its points need."""
+    if point.table in (Table.COIL, Table.DISCRETE):
+        message = f"`{point.name}` lies in the table `{point.table}`, which the line cannot poll yet"
+        report.error((*keys.path, "at"), message, "leave it out; its notation may stay")
+        return
     functions = profile.modbus.functions
     needed = READ_INPUT if point.table is Table.INPUT else READ_HOLDING
     if point.access.readable and needed not in functions:

@@ -7,11 +7,11 @@ from dataclasses import replace
 
 from gateway.mapping import forms
 from gateway.mapping.datum import DatumMaker, Entry
-from gateway.mapping.encodings import Encodings
+from gateway.mapping.encodings import REGISTER, Encodings
 from gateway.mapping.finding import Report
 from gateway.mapping.forms import FormError
 from gateway.mapping.inherit import Inherited, Level, Sources, inherit
-from gateway.mapping.layout import REGISTER, Layout
+from gateway.mapping.layout import Layout
 from gateway.mapping.model import BitField, Broadcast, Group, Register
 from gateway.mapping.node import Path
 from gateway.mapping.notation import Notations, Place
@@ -56,7 +56,7 @@ class PointMaker:
         encoding = self._encodings.make(keys)
         entry = Entry(group, levels, keys, register.help or "")
         stride = register.stride or encoding.words
-        for index, name in self._repeated(str(path[-1]), register.repeat, path):
+        for index, name in self._repeated(str(path[-1]), register.repeat, register.stride, path):
             place = self._shifted(first, index * stride, path)
             if place is None:
                 break
@@ -67,22 +67,48 @@ class PointMaker:
     def _add_fields(self, group: str, place: Place, register: Register, levels: list[Level]) -> None:
         """A register that is cut into fields."""
         path = levels[-1][0]
-        self._check_name(str(path[-1]).replace(_NUMBER, "0"), path)
-        if register.repeat or register.stride:
-            message = "`repeat` beside `bits` is not supported by this version"
-            self._report.error((*path, "repeat"), message, "write each register down", key=True)
+        for index, frame in self._repeated(str(path[-1]), register.repeat, register.stride, path):
+            at = self._shifted(place, index * (register.stride or 1), path)
+            if at is None:
+                break
+            number = None if register.repeat is None else register.repeat[0] + index
+            self._check_name(frame, path)
+            self._add_word(group, at, register, levels, number)
+
+    def _add_word(
+        self, group: str, place: Place, register: Register, levels: list[Level], number: int | None
+    ) -> None:
+        """One cut register; ``number`` fills the names of its fields when the register is repeated."""
+        path = levels[-1][0]
         word = Word(place.address, register.image, shift=inherit(levels).traits.shift)
         pause = register.pause or 0.0
         for name, raw in (register.bits or {}).items():
             own: Level = ((*path, "bits", name), raw)
-            word = self._add_field(word, raw, place, _entry(group, [*levels, own], raw), pause)
+            if number is not None and not self._numbered(name, raw, own[0]):
+                continue
+            filled = name if number is None else name.replace(_NUMBER, str(number))
+            word = self._add_field(word, filled, raw, place, _entry(group, [*levels, own], raw), pause)
         self.layout.keep_word(word)
 
-    def _add_field(self, word: Word, raw: BitField, place: Place, entry: Entry, pause: float) -> Word:
+    def _numbered(self, name: str, raw: BitField, path: Path) -> bool:
+        """True when a field of a repeated register gets a name of its own in each of them."""
+        if raw.repeat is not None:
+            message = f"`{name}` is repeated in a register that is repeated"
+            self._report.error((*path, "repeat"), message, "write each register down", key=True)
+            return False
+        if _NUMBER not in name and raw.always is None:
+            message = f"`{name}` stands in a register that is repeated, and has no `<n>` in its name"
+            self._report.error(path, message, "add <n>", key=True)
+            return False
+        return True
+
+    def _add_field(
+        self, word: Word, called: str, raw: BitField, place: Place, entry: Entry, pause: float
+    ) -> Word:
         """One field, or several by ``repeat``; gives back the word with what it adds."""
         first, width = raw.bit
         path = entry.keys.path
-        for index, name in self._repeated(str(path[-1]), raw.repeat, path):
+        for index, name in self._repeated(called, raw.repeat, raw.stride, path):
             bit = first + index * (raw.stride or width)
             if bit + width > REGISTER:
                 remedy = "correct `bit`, `repeat` or `stride`"
@@ -120,8 +146,12 @@ class PointMaker:
             self._report.error((*keys.path, "pulse"), message, remedy, key=True)
         return replace(word, pulse_mask=word.pulse_mask | mask, fields=(*word.fields, point.name))
 
-    def _repeated(self, entry: str, numbers: tuple[int, int] | None, path: Path) -> Iterator[tuple[int, str]]:
+    def _repeated(
+        self, entry: str, numbers: tuple[int, int] | None, stride: int | None, path: Path
+    ) -> Iterator[tuple[int, str]]:
         """Index and name of each repeat; one, if there is no ``repeat``."""
+        if numbers is None and stride:
+            self._report.error((*path, "stride"), "`stride` without `repeat`", "leave it out", key=True)
         if (numbers is not None) != (_NUMBER in entry):
             message = f"`{entry}`: `<n>` in the name and `repeat` belong together"
             self._report.error(path, message, "write both or none", key=True)

@@ -17,6 +17,8 @@ from gateway.mapping.node import Mark, Node
 
 MAX_CHARACTERS = 512 * 1024
 MAX_DEPTH = 20
+LIKE = "like"
+"""The key of a file that starts from another one; only there does ``null`` mean something."""
 _ABSENT = ("", "~", "null", "Null", "NULL")
 
 
@@ -33,6 +35,8 @@ def read(data: bytes, file: str) -> tuple[Node | None, list[Finding]]:
     reader = _Reader(file)
     text = reader.decode(data)
     root = reader.compose(reader.without_tabs(text)) if text is not None else None
+    if root is None or root.child(LIKE) is None:
+        reader.findings += reader.removed
     return root, in_order(reader.findings)
 
 
@@ -42,6 +46,8 @@ class _Reader:
     def __init__(self, file: str) -> None:
         self.file = file
         self.findings: list[Finding] = []
+        self.removed: list[Finding] = []
+        """Complaints about each ``null`` in a table, which hold unless the file starts from another."""
         self.events: Iterator[Any] = iter(())
 
     def complain(self, mark: Mark, message: str, remedy: str) -> None:
@@ -125,9 +131,13 @@ class _Reader:
         if not isinstance(event, yaml.ScalarEvent):
             return None
         if event.style is None and event.value in _ABSENT:
-            self.complain(_mark(event), "nothing stands here", "write a value, or leave the key out")
+            self.findings.append(self._absence(event))
             return None
-        return Node(*_mark(event), event.value)
+        return Node(*_mark(event), event.value, file=self.file)
+
+    def _absence(self, event: Any) -> Finding:
+        remedy = "write a value, or leave the key out"
+        return Finding("error", self.file, *_mark(event), "nothing stands here", remedy)
 
     def _list(self, start: Any, depth: int) -> Node:
         items: list[Node] = []
@@ -135,13 +145,18 @@ class _Reader:
             item = self._node(event, depth + 1)
             if item is not None:
                 items.append(item)
-        return Node(*_mark(start), items)
+        return Node(*_mark(start), items, file=self.file)
 
     def _table(self, start: Any, depth: int) -> Node:
-        table = Node(*_mark(start), {})
+        table = Node(*_mark(start), {}, file=self.file)
         while not isinstance(event := next(self.events), yaml.MappingEndEvent):
             key = self._node(event, depth + 1)
-            value = self._node(next(self.events), depth + 1)
+            following = next(self.events)
+            if _is_null(following):
+                self.removed.append(self._absence(following))
+                value = None
+            else:
+                value = self._node(following, depth + 1)
             self._enter(table, key, value, _mark(event))
         return table
 
@@ -159,6 +174,12 @@ class _Reader:
             table.keys[key.value] = mark
             if value is not None:
                 table.value[key.value] = value
+
+
+def _is_null(event: Any) -> bool:
+    """True for a plain ``null``, written out."""
+    plain = isinstance(event, yaml.ScalarEvent) and event.style is None
+    return plain and (event.anchor, event.tag) == (None, None) and event.value in _ABSENT[1:]
 
 
 def _mark(event: Any) -> Mark:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 
 from gateway.mapping import forms
-from gateway.mapping.encodings import value_span
+from gateway.mapping.encodings import REGISTER, value_span
 from gateway.mapping.finding import Report
 from gateway.mapping.forms import FormError
 from gateway.mapping.model import Condition as RawCondition
@@ -16,14 +16,36 @@ from gateway.mapping.shape import nearest
 from gateway.tag import ValueType
 
 Target = Point | Setting
+Span = tuple[Fraction, Fraction]
 
 
-def value_range(text: str, target: Target) -> tuple[Fraction, Fraction]:
+def value_ranges(text: str, target: Target) -> list[Span]:
+    """The closed ranges that a text means for a point or setting: several only for a pattern's name."""
+    patterns = target.encoding.patterns if isinstance(target, Point) else ()
+    for mask, bits, name in patterns:
+        if name == text:
+            return fitting(mask, bits, target.encoding.width or REGISTER)  # type: ignore[union-attr]
+    return [value_range(text, target)]
+
+
+def fitting(mask: int, bits: int, width: int) -> list[Span]:
+    """The ranges of raw values of so many bits that fit a pattern."""
+    low = (mask & -mask).bit_length() - 1 if mask else width
+    free = [bit for bit in range(low, width) if not mask >> bit & 1]
+    starts = [bits]
+    for bit in free:
+        starts += [start | 1 << bit for start in starts]
+    return [(Fraction(start), Fraction(start + (1 << low) - 1)) for start in sorted(starts)]
+
+
+def value_range(text: str, target: Target) -> Span:
     """The closed range that a text means for a point or setting: raw for names, else in the unit.
 
     Raises `FormError` when the target cannot have such a value.
     """
     names = target.encoding.values if isinstance(target, Point) else target.values
+    if isinstance(target, Point) and target.encoding.patterns:
+        return _beside_patterns(text, target)
     if isinstance(target, Point) and target.encoding.value_type is ValueType.BOOLEAN:
         bit = Fraction(forms.truth(text))
         return bit, bit
@@ -55,6 +77,21 @@ def _named(text: str, names: Mapping[int, str], owner: str) -> tuple[Fraction, F
         raise FormError(f"`{owner}` has no value `{text}`", remedy) from None
     if not any(low <= raw <= high for raw in names) or (low == high and low not in names):
         raise FormError(f"`{owner}` has no value `{text}`", remedy)
+    return low, high
+
+
+def _beside_patterns(text: str, point: Point) -> Span:
+    """A single raw value, or a range of them, of a point that also has patterns."""
+    encoding = point.encoding
+    for raw, name in encoding.values.items():
+        if name == text:
+            return Fraction(raw), Fraction(raw)
+    try:
+        low, high = forms.numbers_span(text)
+    except FormError:
+        known = [*encoding.values.values(), *(name for *_, name in encoding.patterns)]
+        raise FormError(f"`{point.name}` has no value `{text}`", nearest(text, known)) from None
+    _inside(text, low, high, point)
     return low, high
 
 
@@ -109,10 +146,10 @@ class Conditions:
         places = (
             [(values, path)] if isinstance(values, str) else [(v, (*path, i)) for i, v in enumerate(values)]
         )
-        ranges = []
+        ranges: list[Span] = []
         for text, place in places:
             try:
-                ranges.append(value_range(text, target))
+                ranges += value_ranges(text, target)
             except FormError as error:
                 self._report.error(place, error.message, error.remedy)
         written = values if isinstance(values, str) else f"[{', '.join(values)}]"

@@ -58,7 +58,7 @@ def decode(encoding: Encoding, words: Sequence[int], times: Fraction = Fraction(
         case ValueType.BOOLEAN:
             return Decoded(bool(raw))
         case ValueType.INTEGER:
-            return Decoded(raw, text=encoding.values.get(raw))
+            return Decoded(raw, text=encoding.values.get(raw) or _by_pattern(encoding, pattern))
         case ValueType.NUMBER:
             return _scaled(encoding, raw, times)
 
@@ -165,6 +165,12 @@ def _special(encoding: Encoding, pattern: int, raw: int | None) -> str | None:
     if pattern in encoding.special:
         return encoding.special[pattern]
     return None if raw is None else encoding.special.get(raw)
+
+
+def _by_pattern(encoding: Encoding, pattern: int) -> str | None:
+    """The name of the profile's pattern that the bits fit."""
+    fitting = (name for mask, bits, name in encoding.patterns if pattern & mask == bits)
+    return next(fitting, None)
 
 
 def _is_scaled(encoding: Encoding) -> bool:

@@ -1,6 +1,7 @@
 """Broken files, each with exactly what the loader says about it.
 
-The expected findings stand at the end of each file as ``# expect: line:column: message (remedy)``.
+The expected findings stand at the end of each file as ``# expect: line:column: message (remedy)``; those
+about a parent, which is named by ``like``, begin with its file.
 """
 
 from __future__ import annotations
@@ -22,7 +23,8 @@ def files(kind: str) -> list[Path]:
 
 def expected(path: Path) -> list[str]:
     lines = path.read_text(encoding="utf-8").splitlines()
-    return [f"{path}:{line.removeprefix(PREFIX)}" for line in lines if line.startswith(PREFIX)]
+    found = [line.removeprefix(PREFIX) for line in lines if line.startswith(PREFIX)]
+    return [f"{path}:{line}" if line[0].isdecimal() else f"{path.parent}/{line}" for line in found]
 
 
 @pytest.mark.parametrize("path", files("profile"), ids=lambda path: path.stem)

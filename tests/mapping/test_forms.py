@@ -92,7 +92,7 @@ def test_placeholders_fill_the_whole_value() -> None:
 FORMS = [
     forms.number,
     forms.integer,
-    forms.raw_value,
+    forms.pattern,
     forms.span,
     forms.numbers_span,
     forms.integers_span,

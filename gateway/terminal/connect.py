@@ -55,7 +55,9 @@ async def open_bridge(site: Site) -> AsyncIterator[Bridge]:
         return
     refuse_simulated(site)
     from gateway.core.direct import open_core
+    from gateway.log import configure
 
+    configure("cli", "warning")  # to standard error: the output is for answers
     async with open_core(site, {}) as own:
         yield own
 

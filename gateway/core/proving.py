@@ -51,7 +51,7 @@ def read_back(
                 if wrong is None:
                     return _confirmed(ask, store, sent, points)
                 if finished.at >= until:
-                    return _not_shown(ask, store, wrong)
+                    return _not_shown(ask, store, sent, wrong)
             case Silent() if finished.at < until:
                 pass
             case _:
@@ -84,13 +84,14 @@ def value_shown(ask: Ask, store: Store, points: Sequence[Point]) -> Value:
     return held.sample.value if held else None
 
 
-def _not_shown(ask: Ask, store: Store, point: Point) -> Outcome:
+def _not_shown(ask: Ask, store: Store, sent: Sent, point: Point) -> Outcome:
     held = store.get(ask.drive.tag(point.name))
     shows = shown_as(held.sample) if held else "another value"
+    said = "answered" if sent.answered else "did not answer"
     return Outcome(
         verdict=Verdict.FAILED,
-        cause=Cause.NOT_PROVED,
-        reason=f"the drive answered, but {point.name} shows {shows}",
+        cause=Cause.NOT_PROVED if sent.answered else Cause.NO_ANSWER,
+        reason=f"the drive {said}, and {point.name} shows {shows}: it was not done",
         value=held.sample.value if held else None,
     )
 

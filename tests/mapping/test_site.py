@@ -53,7 +53,7 @@ def test_the_example_loads_without_a_finding() -> None:
     assert dict(fan.ranges) == {"frequency_command": (0, 50)}
     assert dict(fan.settings) == {"max_frequency": 60}
     assert dict(pump.settings) == {"max_frequency": 50}
-    assert fan.profile is pump.profile
+    assert fan.profile == pump.profile
     assert site.lines[0].port == "/dev/serial/by-id/usb-FTDI_A1"
     assert (site.lines[0].framing, site.lines[0].baud, str(site.lines[0].format)) == ("rtu", 9600, "8N2")
     assert dict(site.rates) == {"fast": 0.2, "normal": 1.0, "slow": 30.0}

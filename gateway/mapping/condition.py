@@ -38,3 +38,13 @@ class Term:
 
 Condition = tuple[Term, ...]
 """All terms must hold. The empty condition always holds."""
+
+Bound = Fraction | str
+"""A limit: a number in the point's unit, or the name of the setting or point that holds it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Constant:
+    """A value that is always written: raw for enumerations, else in the point's unit."""
+
+    value: Fraction

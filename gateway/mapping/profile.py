@@ -15,7 +15,9 @@ from types import MappingProxyType
 from typing import Literal
 
 from gateway.mapping.condition import UNSTATED
+from gateway.mapping.condition import Bound as Bound  # noqa: PLC0414
 from gateway.mapping.condition import Condition as Condition  # noqa: PLC0414
+from gateway.mapping.condition import Constant as Constant  # noqa: PLC0414
 from gateway.mapping.condition import Provenance as Provenance  # noqa: PLC0414
 from gateway.mapping.condition import Term as Term  # noqa: PLC0414
 from gateway.mapping.device import CommLoss as CommLoss  # noqa: PLC0414
@@ -82,10 +84,6 @@ class NumberType(StrEnum):
 WordOrder = Literal["high_first", "low_first"]
 
 
-Bound = Fraction | str
-"""A limit: a number in the point's unit, or the name of the setting or point that holds it."""
-
-
 @dataclass(frozen=True, slots=True)
 class Limits:
     """Closed range for writing, in the point's unit."""
@@ -138,13 +136,6 @@ class Case:
     when: Condition
     encoding: Encoding
     limits: Limits | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Constant:
-    """A value that is always written: raw for enumerations, else in the point's unit."""
-
-    value: Fraction
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

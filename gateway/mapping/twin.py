@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
-    from gateway.mapping.profile import Bound, Condition, Constant
+    from gateway.mapping.condition import Bound, Condition, Constant
 
 Reaction = Literal["decelerate", "coast", "decelerate_fast", "keep_running"]
 """What a drive can do on a fault."""

@@ -6,7 +6,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
 
 from gateway.mapping import names
-from gateway.mapping.commands import STOP
+from gateway.mapping.circles import check_circles
+from gateway.mapping.commands import STOP, STOP_ALL
+from gateway.mapping.coverage import check_cases
 from gateway.mapping.facts import LOOP_BACK
 from gateway.mapping.finding import Report
 from gateway.mapping.layout import Claim
@@ -15,6 +17,9 @@ from gateway.mapping.pointcheck import check_point
 from gateway.mapping.profile import Point, Profile, Table, Term
 from gateway.mapping.resolve import Resolved
 from gateway.mapping.shape import nearest
+
+_SHOWN = 3
+"""Points that a summary names."""
 
 
 def check(resolved: Resolved, stem: str, report: Report) -> None:
@@ -29,12 +34,40 @@ def check(resolved: Resolved, stem: str, report: Report) -> None:
     _check_overlap(resolved.layout.claims, profile.points, report)
     for point in profile.points.values():
         check_point(point, resolved.layout.keys[point.name], resolved, report)
+        check_cases(point, resolved.layout.keys[point.name], profile, report)
+    check_circles(profile.points, resolved.layout.keys, report)
+    _check_origins(profile, report)
     _check_names(resolved, report)
     _check_words(resolved, report)
     _check_probe(profile, report)
     _check_commands(profile, report)
     _check_settings(resolved, report)
     _check_followers(resolved, report)
+    _check_broadcast(resolved, report)
+
+
+def _check_origins(profile: Profile, report: Report) -> None:
+    """What is known of similar models only, and is written all the same: told once for the whole profile."""
+    points = [p for p in profile.points.values() if p.access.writable and p.provenance.similar]
+    if points:
+        shown = ", ".join(f"`{point.name}`" for point in points[:_SHOWN])
+        more = f" and {len(points) - _SHOWN} more" if len(points) > _SHOWN else ""
+        message = f"{shown}{more}: written, but known from similar models only"
+        report.warn(("documents",), message, "try it on the drive, and give its own source", key=True)
+
+
+def _check_broadcast(resolved: Resolved, report: Report) -> None:
+    """The layout for all drives at once is checked as their own is; what starts them all must stop them."""
+    broadcast, layout = resolved.profile.broadcast, resolved.broadcast
+    if broadcast is None:
+        return
+    _check_overlap(layout.claims, broadcast.points, report)
+    for point in broadcast.points.values():
+        check_point(point, layout.keys[point.name], resolved, report)
+    runs = [name for name in broadcast.commands if name.startswith("run_")]
+    if runs and STOP_ALL not in broadcast.commands:
+        place = ("broadcast", "commands", runs[0])
+        report.unknown_name(place, f"there is `{runs[0]}`, but no command `{STOP_ALL}`", "add it", key=True)
 
 
 def _check_followers(resolved: Resolved, report: Report) -> None:
@@ -44,12 +77,24 @@ def _check_followers(resolved: Resolved, report: Report) -> None:
         keys = resolved.layout.keys[point.name]
         if point.then is not None:
             _check_then(point, profile, keys.place("then"), report)
-        if point.twin is not None and point.twin not in profile.points:
-            remedy = nearest(point.twin, list(profile.points))
-            report.unknown_name((*keys.path, "twin"), f"`{point.twin}` is no point", remedy)
+        if point.twin is not None:
+            _check_twin(point, profile, (*keys.path, "twin"), report)
         if point.shift is not None and point.shift not in profile.settings:
             remedy = nearest(point.shift, list(profile.settings))
             report.unknown_name(keys.place("shift"), f"`{point.shift}` is no setting", remedy)
+
+
+def _check_twin(point: Point, profile: Profile, place: Path, report: Report) -> None:
+    """A twin takes the same values and does not wear."""
+    twin = profile.points.get(point.twin or "")
+    if twin is None:
+        remedy = nearest(point.twin or "", list(profile.points))
+        report.unknown_name(place, f"`{point.twin}` is no point", remedy)
+    elif not twin.access.writable or twin.encoding.symbol != point.encoding.symbol:
+        message = f"`{twin.name}` does not take what `{point.name}` takes"
+        report.error(place, message, "name a point that is written in the same unit")
+    elif twin.wear is not None:
+        report.error(place, f"`{twin.name}` wears too, so it spares nothing", "name a point without `wear`")
 
 
 def _check_then(point: Point, profile: Profile, place: Path, report: Report) -> None:
@@ -93,10 +138,11 @@ def _rival(
 
 
 def _never_together(one: Point | None, other: Point | None) -> bool:
-    """True for points whose conditions exclude each other, or that are selected differently."""
+    """True for points whose conditions exclude each other, or that are selected differently; and for a view
+    of a word by patterns, which is only read."""
     if one is None or other is None:
         return False
-    if one.select != other.select:
+    if one.select != other.select or one.encoding.patterns or other.encoding.patterns:
         return True
     pairs = ((a, b) for a in one.when for b in other.when if a.name == b.name)
     return any(not _meet(a, b) for a, b in pairs)

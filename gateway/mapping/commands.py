@@ -14,13 +14,17 @@ from gateway.mapping.inherit import Level, Sources
 from gateway.mapping.model import Command as RawCommand
 from gateway.mapping.model import Step as RawStep
 from gateway.mapping.node import Path
-from gateway.mapping.profile import Argument, Command, Constant, ModbusFacts, Point, Step
+from gateway.mapping.profile import Argument, Command, Constant, Kind, ModbusFacts, Point, Step, Term
 from gateway.mapping.shape import nearest
 from gateway.mapping.values import Conditions, in_words, single_value
 from gateway.tag import Role
 
 STOP = "stop"
 """The command that overtakes everything."""
+STOP_ALL = "stop_all"
+"""The broadcast command that stops every drive."""
+_HELD = (Kind.PARAMETER, Kind.SETPOINT)
+"""Kinds that hold what was last written: no drive changes them by itself."""
 
 
 class CommandMaker:
@@ -90,8 +94,23 @@ class CommandMaker:
             self._report.error((*path, "write"), "the step writes nothing", "name at least one point")
         self._check_together([self._points[name] for name in write], (*path, "write"))
         until = self._conditions.find(raw.until, (*path, "until"))
+        for term in until:
+            self._check_provable(term, write, (*path, "until", term.name))
         when = self._conditions.find(raw.when, (*path, "when"))
         return Step(MappingProxyType(write), until, raw.within, when)
+
+    def _check_provable(self, term: Term, write: Mapping[str, Constant | Argument], path: Path) -> None:
+        """Warn of a proof that the writes of its step cannot bring about."""
+        point, written = self._points.get(term.name), write.get(term.name)
+        if term.setting:
+            message = f"`{term.name}` is a setting, which no write changes"
+        elif isinstance(written, Constant) and not any(a <= written.value <= b for a, b in term.ranges):
+            message = f"the step itself writes another value to `{term.name}`"
+        elif point is not None and written is None and point.kind in _HELD:
+            message = f"`{term.name}` holds what was written last, and this step does not write it"
+        else:
+            return
+        self._report.warn(path, message, "name what the write brings about", key=True)
 
     def _value(self, name: str, text: str, command: RawCommand, path: Path) -> Constant | Argument | None:
         """What a step writes to a point; None, with a finding, when it cannot."""
@@ -113,6 +132,8 @@ class CommandMaker:
             )
         elif self._points.get(command.args[filled.name]) not in (None, point):
             self._check_lent(point, self._points[command.args[filled.name]], path)
+        if point.danger:
+            self._harmful(next(iter(point.danger.values())), path)
         return Argument(filled.name, filled.negate)
 
     def _check_lent(self, point: Point, lender: Point, path: Path) -> None:
@@ -140,10 +161,11 @@ class CommandMaker:
                     "correct the value or the range",
                 )
         if int(value) in point.danger and point.encoding.scale == 1:
-            self._report.warn(
-                path, f"this does harm: {point.danger[int(value)]}", "be sure that it is wanted"
-            )
+            self._harmful(point.danger[int(value)], path)
         return Constant(value)
+
+    def _harmful(self, what: str, path: Path) -> None:
+        self._report.warn(path, f"this does harm: {what}", "be sure that it is wanted")
 
     def _check_together(self, points: list[Point], path: Path) -> None:
         """One step is one frame: its registers must lie together and fit one request."""

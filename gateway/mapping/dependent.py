@@ -96,7 +96,7 @@ class DependentMaker:
 
 def _shared(first: Encoding, other: Encoding) -> list[tuple[str, object, object]]:
     return [
-        ("unit", first.symbol, other.symbol),
+        ("unit", first.symbol or "none", other.symbol or "none"),
         ("number of registers", first.words, other.words),
         ("sort of value", first.value_type.value, other.value_type.value),
     ]

@@ -6,20 +6,20 @@ from gateway.mapping.encodings import raw_span, value_span
 from gateway.mapping.facts import READ_HOLDING, READ_INPUT, WRITE_MANY, WRITE_ONE
 from gateway.mapping.finding import Report
 from gateway.mapping.inherit import Inherited
-from gateway.mapping.profile import Kind, Limits, Point, Profile, Table
+from gateway.mapping.profile import Encoding, Kind, Limits, Point, Profile, Table
 from gateway.mapping.resolve import Resolved
 from gateway.mapping.values import in_words
+from gateway.tag import ValueType
 
 _COARSEST = 50
 """A range that uses less than one in so many of the raw counts has probably lost its scale."""
 
 
 def check_point(point: Point, keys: Inherited, resolved: Resolved, report: Report) -> None:
-    """Complain about everything in a point that does not fit."""
+    """Complain about everything in a point that does not fit; also in one of the broadcast layout."""
     _check_size(point, keys, resolved.profile, report)
     _check_times(point, keys, resolved, report)
     _check_functions(point, keys, resolved.profile, report)
-    _check_origin(point, keys, report)
     if point.access.writable and point.encoding.patterns:
         message = f"`{point.name}` is written, but patterns are for reading only"
         report.error(keys.place("values"), message, "name each raw value by itself")
@@ -39,13 +39,6 @@ def check_point(point: Point, keys: Inherited, resolved: Resolved, report: Repor
             "add the number of writes that it lasts, or unknown",
             key=True,
         )
-
-
-def _check_origin(point: Point, keys: Inherited, report: Report) -> None:
-    """What is known of a similar model only, and is written all the same."""
-    if point.access.writable and point.provenance.similar:
-        message = f"`{point.name}` is written, but known from a similar model only"
-        report.warn(keys.path, message, "try it on the drive, and give its own source", key=True)
 
 
 def _check_size(point: Point, keys: Inherited, profile: Profile, report: Report) -> None:
@@ -71,25 +64,18 @@ def _check_size(point: Point, keys: Inherited, profile: Profile, report: Report)
 
 
 def _check_times(point: Point, keys: Inherited, resolved: Resolved, report: Report) -> None:
-    """What multiplies must be a number, and must not need itself."""
+    """What multiplies must be a number."""
     if point.encoding.times is None:
         return
     place = keys.place("times")
     factor = resolved.conditions.target(point.encoding.times, place, key=False)
-    if isinstance(factor, Point) and (raw_span(factor.encoding) is None or factor.encoding.values):
+    if isinstance(factor, Point) and not _is_number(factor.encoding):
         report.error(place, f"`{factor.name}` is no number", "name a setting or point that is")
-    if _in_circle(point, resolved.profile):
-        report.error(place, f"the scale of `{point.name}` needs itself", "break the circle")
 
 
-def _in_circle(point: Point, profile: Profile) -> bool:
-    seen: set[str] = set()
-    name: str | None = point.name
-    while name is not None and name not in seen:
-        seen.add(name)
-        following = profile.points.get(name)
-        name = following.encoding.times if following else None
-    return name is not None
+def _is_number(encoding: Encoding) -> bool:
+    named = encoding.values or encoding.patterns
+    return raw_span(encoding) is not None and not named and encoding.value_type is not ValueType.BOOLEAN
 
 
 def _check_functions(point: Point, keys: Inherited, profile: Profile, report: Report) -> None:

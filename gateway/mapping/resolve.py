@@ -40,6 +40,8 @@ class Resolved:
     profile: Profile
     layout: Layout
     conditions: Conditions
+    broadcast: Layout
+    """The layout of what is sent to all drives at once; empty without it."""
 
 
 def resolve(raw: RawProfile, report: Report) -> Resolved:
@@ -58,7 +60,7 @@ class _Resolver:
         self.sources = Sources(self.documents, report)
         self.notations = Notations(raw.addresses, report)
         self.encodings = Encodings(raw.values, raw.modbus, report)
-        self.broadcast_names: list[tuple[str, Path]] = []
+        self.broadcast_layout = Layout()
 
     def run(self) -> Resolved:
         raw = self.raw
@@ -90,7 +92,7 @@ class _Resolver:
             simulate=twins.make(raw.simulate),
         )
         self.one_name_space(layout)
-        return Resolved(profile, layout, conditions)
+        return Resolved(profile, layout, conditions, self.broadcast_layout)
 
     def settings(self) -> dict[str, Setting]:
         maker = SettingMaker(self.encodings, self.sources, self.report)
@@ -124,7 +126,7 @@ class _Resolver:
         points = {
             name: replace(p, access=Access.WRITE, only_when=()) for name, p in maker.layout.points.items()
         }
-        self.broadcast_names = maker.layout.names
+        self.broadcast_layout = maker.layout
         commands = CommandMaker(points, modbus, conditions, self.sources, self.report)
         place: Path = ("broadcast", "commands")
         return Broadcast(
@@ -160,7 +162,7 @@ class _Resolver:
             (name, ("broadcast", "commands", name))
             for name in (self.raw.broadcast.commands if self.raw.broadcast else ())
         ]
-        for name, path in [*settings, *layout.names, *commands, *self.broadcast_names, *broadcasts]:
+        for name, path in [*settings, *layout.names, *commands, *self.broadcast_layout.names, *broadcasts]:
             if path[0] not in ("groups", "broadcast") or path in dict(broadcasts).values():
                 self._snake_case(name, path)
             if name in first:

@@ -14,6 +14,7 @@ from gateway.mapping.forms import FormError, duration
 from gateway.mapping.node import Path as Place
 from gateway.mapping.profile import Profile, SerialFormat
 from gateway.mapping.sections import Mqtt, Opcua, Publish
+from gateway.mapping.settingcheck import check_settings, fit
 from gateway.mapping.shape import nearest
 from gateway.mapping.site import Control, DriveConfig, LineConfig, Rs485, Site
 from gateway.mapping.sitefile import RawSite
@@ -85,16 +86,26 @@ def _drive(
     control = raw.control or sitefile.Control()
     ranges = {point: (ends[0], ends[1]) for point, ends in raw.ranges.items()}
     settings = _settings(raw, profile, (*place, "settings"), report)
-    known = settings.keys() >= profile.settings.keys()
     return DriveConfig(
         name=name,
         line=line,
-        profile=specialise(profile, settings) if known else profile,
+        profile=_special(name, profile, settings, place, report),
         unit=raw.unit,
         ranges=MappingProxyType(ranges),
         settings=MappingProxyType(settings),
         control=Control(control.lease, control.ttl, control.on_expiry),
     )
+
+
+def _special(
+    drive: str, profile: Profile, settings: Mapping[str, Fraction], place: Place, report: Report
+) -> Profile:
+    """The profile as the drive's settings have it; as it stands where they cannot be applied."""
+    if not settings.keys() >= profile.settings.keys() or not fit(profile, settings, place, report):
+        return profile
+    special = specialise(profile, settings)
+    check_settings(drive, profile, special, settings, place, report)
+    return special
 
 
 def _settings(raw: sitefile.Drive, profile: Profile, place: Place, report: Report) -> dict[str, Fraction]:

@@ -5,93 +5,176 @@ Afterwards only conditions on points remain, which the core looks at while it ru
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from types import MappingProxyType
 
 from gateway.mapping.condition import Condition, Term
 from gateway.mapping.device import CommLoss
-from gateway.mapping.profile import Command, Point, Profile, Word
+from gateway.mapping.profile import Access, Case, Command, Point, Profile, Step, Word
 
 Settings = Mapping[str, Fraction]
 
 
 def specialise(profile: Profile, settings: Settings) -> Profile:
-    """The profile of a drive with these settings.
+    """The profile of a drive with these settings, all of which are given.
 
     Addresses are shifted. Terms on settings that hold are dropped. Cases and points that a setting rules
-    out are left out, and so is everything that is said of them; a case that nothing else decides becomes
+    out are left out, and so is everything that leans on them; a case that nothing else decides becomes
     the point's own meaning. Conditions of commands and preconditions keep their settings, so that a
-    refusal can name them.
+    refusal can name them. A profile in which the settings decide nothing comes back as it is.
     """
-    kept = [_point(point, settings) for point in profile.points.values()]
-    points = {point.name: point for point in kept if point is not None}
-    return replace(
+    points = _points(profile, settings)
+    there = _There(settings, points)
+    commands = {c.name: made for c in profile.commands.values() if (made := there.command(c)) is not None}
+    special = replace(
         profile,
-        points=MappingProxyType(points),
+        points=MappingProxyType({name: _followed(point, points, commands) for name, point in points.items()}),
         words=MappingProxyType({word.address: word for word in _words(profile, points, settings)}),
-        commands=MappingProxyType(
-            {name: command for name, command in profile.commands.items() if _possible(command, points)}
-        ),
+        commands=MappingProxyType(commands),
+        modbus=replace(profile.modbus, probe=_probe(profile.modbus.probe, points)),
         serial=replace(profile.serial, comm_loss=_comm_loss(profile.serial.comm_loss, settings)),
+    )
+    return profile if special == profile else special
+
+
+def left(condition: Condition, settings: Settings, names: Collection[str] | None = None) -> Condition | None:
+    """What remains of a condition once its settings are known; None when it can never hold: a setting
+    speaks against it, or it is about a point that is not among ``names``."""
+    remaining: list[Term] = []
+    for term in condition:
+        if not term.setting:
+            if names is not None and term.name not in names:
+                return None
+            remaining.append(term)
+        elif not any(low <= settings[term.name] <= high for low, high in term.ranges):
+            return None
+    return tuple(remaining)
+
+
+def shifted(address: int, shift: str | None, settings: Settings) -> int:
+    """An address with the setting that ``shift`` names added to it."""
+    return address if shift is None else address + int(settings[shift])
+
+
+def _points(profile: Profile, settings: Settings) -> dict[str, Point]:
+    """The points that this drive has. One that is left out may take others with it."""
+    names: Collection[str] = profile.points.keys()
+    while True:
+        there = _There(settings, names)
+        found = {p.name: made for p in profile.points.values() if (made := there.point(p)) is not None}
+        if found.keys() == set(names):
+            return found
+        names = found.keys()
+
+
+@dataclass(frozen=True, slots=True)
+class _There:
+    """Settings of a drive, and the names of the points that it has."""
+
+    settings: Settings
+    names: Collection[str] | Mapping[str, Point]
+
+    def point(self, point: Point) -> Point | None:
+        """The point as this drive has it; None when it has not."""
+        when = left(point.when, self.settings, self.names)
+        if when is None or not self._known(point.select):
+            return None
+        address = shifted(point.address, point.shift, self.settings)
+        notation = point.notation if address == point.address else f"{address:04X}H"
+        made = replace(point, when=when, address=address, notation=notation, shift=None)
+        cased = self._with_cases(made) if point.cases else made
+        if cased is None or not self._known([cased.encoding.times]):
+            return None
+        return cased if self._may_be_written(cased) else _read_only(cased)
+
+    def command(self, command: Command) -> Command | None:
+        """The command without the steps that a setting rules out; None for one that this drive cannot do."""
+        steps = tuple(made for step in command.steps if (made := self._step(step)) is not None)
+        written = [name for step in steps for name in step.write]
+        assert isinstance(self.names, Mapping)
+        if not steps or not all(name in self.names and self.names[name].access.writable for name in written):
+            return None
+        terms = [*command.only_when, *(term for step in steps for term in (*step.when, *step.until))]
+        if not self._known(term.name for term in terms if not term.setting):
+            return None
+        return replace(command, steps=steps) if self._known(command.args.values()) else None
+
+    def _step(self, step: Step) -> Step | None:
+        when = left(step.when, self.settings, self.names)
+        return None if when is None else replace(step, when=when)
+
+    def _with_cases(self, point: Point) -> Point | None:
+        cases: list[Case] = []
+        for case in point.cases:
+            when = left(case.when, self.settings, self.names)
+            if when is not None and self._known([case.encoding.times]):
+                cases.append(replace(case, when=when))
+            if when == ():
+                break
+        if not cases:
+            return None
+        meant = replace(point, encoding=cases[0].encoding, limits=cases[0].limits)
+        return replace(meant, cases=() if not cases[0].when else tuple(cases))
+
+    def _may_be_written(self, point: Point) -> bool:
+        """False when a limit or a precondition leans on what this drive has not."""
+        limits = [point.limits, *(case.limits for case in point.cases)]
+        bounds = [bound for span in limits if span is not None for bound in (span.low, span.high)]
+        needed = [term.name for term in point.only_when if not term.setting]
+        return self._known([*(bound for bound in bounds if isinstance(bound, str)), *needed])
+
+    def _known(self, names: Iterable[str | None]) -> bool:
+        return all(name is None or name in self.settings or name in self.names for name in names)
+
+
+def _read_only(point: Point) -> Point | None:
+    """The point without what belongs to writing; None when then nothing is left of it."""
+    if not point.access.readable:
+        return None
+    return replace(
+        point,
+        access=Access.READ,
+        role=None,
+        by_command_only=False,
+        limits=None,
+        cases=tuple(replace(case, limits=None) for case in point.cases),
+        only_when=(),
+        then=None,
     )
 
 
-def _point(point: Point, settings: Settings) -> Point | None:
-    """The point as this drive has it; None when it has not."""
-    when = _left(point.when, settings)
-    if when is None:
-        return None
-    cases = []
-    for case in point.cases:
-        left = _left(case.when, settings)
-        if left is not None:
-            cases.append(replace(case, when=left))
-        if left == ():
-            break
-    if point.cases and not cases:
-        return None
-    shifted = replace(point, when=when, address=_shifted(point.address, point.shift, settings), shift=None)
-    if not cases:
-        return shifted
-    meant = replace(shifted, encoding=cases[0].encoding, limits=cases[0].limits)
-    return replace(meant, cases=() if not cases[0].when else tuple(cases))
-
-
-def _left(condition: Condition, settings: Settings) -> Condition | None:
-    """What remains of a condition once its settings are known; None when it can never hold."""
-    left: list[Term] = []
-    for term in condition:
-        if not term.setting:
-            left.append(term)
-        elif not any(low <= settings[term.name] <= high for low, high in term.ranges):
-            return None
-    return tuple(left)
+def _followed(point: Point, points: Collection[str], commands: Collection[str]) -> Point:
+    """The point without a twin or a following command that this drive has not."""
+    return replace(
+        point,
+        twin=point.twin if point.twin in points else None,
+        then=point.then if point.then in commands else None,
+    )
 
 
 def _words(profile: Profile, points: Mapping[str, Point], settings: Settings) -> list[Word]:
-    return [
+    words = (
         replace(
             word,
-            address=_shifted(word.address, word.shift, settings),
+            address=shifted(word.address, word.shift, settings),
             shift=None,
             fields=tuple(name for name in word.fields if name in points),
         )
         for word in profile.words.values()
-    ]
+    )
+    return [word for word in words if word.fields]
 
 
-def _shifted(address: int, shift: str | None, settings: Settings) -> int:
-    return address if shift is None else address + int(settings[shift])
-
-
-def _possible(command: Command, points: Mapping[str, Point]) -> bool:
-    """False for commands that write a point which this drive has not."""
-    return all(name in points for step in command.steps for name in step.write)
+def _probe(probe: str, points: Mapping[str, Point]) -> str:
+    """The probe, or another point where a setting has left it out."""
+    if probe == "loop_back" or probe in points:
+        return probe
+    return next((point.name for point in points.values() if point.access.readable), "")
 
 
 def _comm_loss(loss: CommLoss, settings: Settings) -> CommLoss:
     """Without an action where the settings say that the drive does not look at the line."""
-    left = _left(loss.when, settings)
-    return CommLoss() if left is None else replace(loss, when=left)
+    when = left(loss.when, settings)
+    return CommLoss() if when is None else replace(loss, when=when)

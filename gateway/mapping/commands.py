@@ -104,7 +104,7 @@ class CommandMaker:
         point, written = self._points.get(term.name), write.get(term.name)
         if term.setting:
             message = f"`{term.name}` is a setting, which no write changes"
-        elif isinstance(written, Constant) and not any(a <= written.value <= b for a, b in term.ranges):
+        elif isinstance(written, Constant) and not _may_become(term, written):
             message = f"the step itself writes another value to `{term.name}`"
         elif point is not None and written is None and point.kind in _HELD:
             message = f"`{term.name}` holds what was written last, and this step does not write it"
@@ -193,3 +193,9 @@ class CommandMaker:
             self._report.error(
                 path, "the drive cannot write two registers at once", "make it two steps", key=True
             )
+
+
+def _may_become(term: Term, written: Constant) -> bool:
+    """True when a point can have the value of the term after this was written: it stays, or the drive sets
+    it back to 0 when it is done."""
+    return any(low <= value <= high for low, high in term.ranges for value in (written.value, 0))

@@ -11,6 +11,8 @@ from gateway.mapping.resolve import Resolved
 from gateway.mapping.values import in_words
 from gateway.tag import ValueType
 
+_FINEST = 2**32
+"""Counts that what is added may be worth: with as many counts again, clients' numbers still tell each."""
 _COARSEST = 50
 """A range that uses less than one in so many of the raw counts has probably lost its scale."""
 
@@ -19,6 +21,7 @@ def check_point(point: Point, keys: Inherited, resolved: Resolved, report: Repor
     """Complain about everything in a point that does not fit; also in one of the broadcast layout."""
     _check_size(point, keys, resolved.profile, report)
     _check_times(point, keys, resolved, report)
+    _check_offset(point, keys, report)
     _check_functions(point, keys, resolved.profile, report)
     if point.access.writable and point.encoding.patterns:
         message = f"`{point.name}` is written, but patterns are for reading only"
@@ -71,6 +74,13 @@ def _check_times(point: Point, keys: Inherited, resolved: Resolved, report: Repo
     factor = resolved.conditions.target(point.encoding.times, place, key=False)
     if isinstance(factor, Point) and not _is_number(factor.encoding):
         report.error(place, f"`{factor.name}` is no number", "name a setting or point that is")
+
+
+def _check_offset(point: Point, keys: Inherited, report: Report) -> None:
+    """Beside what is added, a single count must still make a difference to the number that clients get."""
+    if abs(point.encoding.offset) > point.encoding.scale * _FINEST:
+        message = f"a count of `{point.name}` is lost beside its `offset`"
+        report.error(keys.place("offset"), message, "correct the offset or the unit")
 
 
 def _is_number(encoding: Encoding) -> bool:

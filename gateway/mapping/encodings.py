@@ -143,6 +143,7 @@ class Encodings:
         """Complain about raw values that cannot occur, and about names for what is no count."""
         self._unmixed(encoding, keys)
         self._fit_patterns(encoding, keys)
+        self._fits_width(encoding, keys)
         span = raw_span(encoding)
         for key, table in (("values", encoding.values), ("special", encoding.special)):
             if table and span is None:
@@ -158,6 +159,15 @@ class Encodings:
                         f"the raw value {raw} of `{key}` does not fit: it can be {span[0]} to {span[1]}",
                         "correct the value or the width",
                     )
+
+    def _fits_width(self, encoding: Encoding, keys: Inherited) -> None:
+        """A single bit has no sign and no digits, and a digit has four bits."""
+        if encoding.width == 1 and encoding.type is not NumberType.U16:
+            message = f"`type: {encoding.type}` stands on a single bit"
+            self._report.error(keys.place("type"), message, "leave it out")
+        elif encoding.type is NumberType.BCD and encoding.width % 4:
+            message = f"a width of {encoding.width} bits is no number of whole digits"
+            self._report.error(keys.place("type"), message, "correct `bit` or the type")
 
     def _fit_patterns(self, encoding: Encoding, keys: Inherited) -> None:
         """A pattern speaks of the bits of one unsigned value."""

@@ -41,13 +41,13 @@ def read_back(
     """Read the written registers until they show what was written, at most ``within`` seconds."""
     if not all(point.access.readable for point in points):
         return _by_reply(sent)
-    request = Read(ask.drive.unit, sent.address, sent.count)
+    request = _registers_of(ask.drive, points)
     until = sent.at + (within if sent.answered else max(within, LOST_REPLY_SECONDS))
     while True:
         finished = yield from exchange(request, Priority.COMMAND, until + LATEST_READ_SECONDS)
         match finished.result:
             case Answered():
-                wrong = _differing(ask.drive, sent, points, finished.result.words)
+                wrong = _differing(request.address, sent, points, finished.result.words)
                 if wrong is None:
                     return _confirmed(ask, store, sent, points)
                 if finished.at >= until:
@@ -60,9 +60,15 @@ def read_back(
         yield Pause(READ_BACK_PAUSE)
 
 
-def _differing(drive: Drive, sent: Sent, points: Sequence[Point], words: Sequence[int]) -> Point | None:
+def _registers_of(drive: Drive, points: Sequence[Point]) -> Read:
+    """The registers of these points only: beside them the frame may have written what cannot be read."""
+    first = min(point.address for point in points)
+    return Read(drive.unit, first, max(point.address + point.words for point in points) - first)
+
+
+def _differing(first: int, sent: Sent, points: Sequence[Point], words: Sequence[int]) -> Point | None:
     for point in points:
-        start = point.address - sent.address
+        start = point.address - first
         if extract(point.encoding, words[start : start + point.words]) != sent.raws[point.name]:
             return point
     return None

@@ -145,6 +145,8 @@ class Cause(StrEnum):
     """The drive answered, but what it shows afterwards is not what was asked."""
     SUPERSEDED = "superseded"
     SHUTTING_DOWN = "shutting_down"
+    INTERNAL = "internal"
+    """A fault of the gateway itself."""
 
 
 class Outcome(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):

@@ -165,6 +165,8 @@ class Runner:
                 return self._end(running, stop.value, now)
             except Ended as ended:
                 return self._end(running, ended.outcome, now)
+            except Exception as error:  # a fault of ours must leave neither the asker nor the drive waiting
+                return self._end(running, _faulty(running, error), now)
             if waits:
                 return None
 
@@ -249,6 +251,13 @@ class Runner:
         if not running.told:
             self._services.finish(running.ask, outcome, running.sent)
         self._leave(running, now)
+
+
+def _faulty(running: Running, error: Exception) -> Outcome:
+    """The outcome of a procedure that broke: not done, or, once something was sent, not known."""
+    verdict = Verdict.FAILED if running.sent is None else Verdict.UNKNOWN
+    reason = f"a fault in the gateway, please report it: {error!r}"
+    return Outcome(verdict=verdict, cause=Cause.INTERNAL, reason=reason)
 
 
 def _tags(running: Running, condition: Condition) -> list[str]:

@@ -351,3 +351,15 @@ def test_a_read_of_a_drive_that_is_away_says_so_at_once(world: World) -> None:
     assert sample.value is None
     assert "does not answer" in sample.reason
     assert world.now - asked < 0.1
+
+
+def test_a_fault_of_ours_leaves_nobody_waiting(world: World, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_: object) -> None:
+        raise KeyError("oops")
+
+    with monkeypatch.context() as patch:
+        patch.setattr("gateway.core.drive.Drive.compose", broken)
+        outcome = world.write("fan-1.frequency_command", 20.0)
+    assert (outcome.verdict, outcome.cause) == (Verdict.FAILED, Cause.INTERNAL)
+    assert "oops" in outcome.reason
+    assert world.write("fan-1.frequency_command", 20.0).verdict is Verdict.CONFIRMED, "the lane is free again"

@@ -17,8 +17,8 @@ FUNCTION_LOOP_BACK = 0x08
 class Drive:
     """One drive of the site.
 
-    ``image`` holds the words that were last commanded, by address. A word that is absent, or in
-    ``doubtful`` (sent, and not answered yet), has to be read before a field of it is written.
+    ``image`` holds the words that were last commanded, by address. It stands in where a word cannot be
+    read, and for a stop, which waits for no read.
     """
 
     def __init__(self, config: DriveConfig) -> None:
@@ -28,7 +28,6 @@ class Drive:
         self.unit = config.unit
         self.profile = config.profile
         self.image: dict[int, int] = {}
-        self.doubtful: set[int] = set()
         self.selection: dict[str, int] = {}
         """Selectors and the raw values that they hold, as far as that is known."""
         self.facts = unit_facts(config)
@@ -70,17 +69,29 @@ class Drive:
         """The word that a field belongs to, None for a point that has its registers to itself."""
         return self.profile.words.get(point.address) if point.encoding.width else None
 
-    def unknown_words(self, points: Iterable[Point]) -> list[int]:
-        """Addresses of the words that must be read before these points can be written. What cannot be
-        read is not among them: the same address may show something else."""
+    def words_to_read(self, raws: Mapping[str, int]) -> list[int]:
+        """Addresses of the words that must be read before these points can be written.
+
+        A word with other fields than those written is read each time it can be: a drive that was restarted
+        unnoticed, or obeyed somebody else, no longer holds what was commanded last, and a run bit out of
+        an old image would start a motor (safety.md H7, H8).
+        """
         addresses = []
-        for point in points:
-            word = self.word(point)
-            if word is None or word.address in addresses or not self._shows(word):
+        for name in raws:
+            word = self.word(self.profile.points[name])
+            if word is None or word.address in addresses:
                 continue
-            if not word.image or word.address not in self.image or word.address in self.doubtful:
+            if self._readable(word) and not self._covered(word, raws):
                 addresses.append(word.address)
         return addresses
+
+    def _readable(self, word: Word) -> bool:
+        """True when reading the register shows the word that is written there."""
+        return any(self.profile.points[name].access.readable for name in word.fields)
+
+    def _covered(self, word: Word, raws: Mapping[str, int]) -> bool:
+        """True when every field that is neither constant nor a pulse is among those written."""
+        return all(name in raws or self.profile.points[name].pulse for name in word.fields)
 
     def compose(self, raws: Mapping[str, int], fresh: Mapping[int, int]) -> tuple[int, tuple[int, ...]]:
         """Address and words of the one frame that writes these raw values.
@@ -118,25 +129,18 @@ class Drive:
         for at, word in enumerate(self.settled(address, words), address):
             if at in self.profile.words and self.profile.words[at].image:
                 self.image[at] = word
-                self.doubtful.add(at)
         return before
-
-    def answered(self, address: int, count: int) -> None:
-        """The drive took the words at these addresses."""
-        self.doubtful.difference_update(range(address, address + count))
 
     def refused(self, address: int, count: int, before: dict[int, int]) -> None:
         """The drive does not hold the words at these addresses; the image is again what it was."""
         for at in range(address, address + count):
             self.image.pop(at, None)
-            self.doubtful.discard(at)
             if at in before:
                 self.image[at] = before[at]
 
     def forget(self) -> None:
         """Nothing is known of the drive's words any more: it may have been restarted."""
         self.image.clear()
-        self.doubtful.clear()
         self.selection.clear()
 
     def _shows(self, word: Word) -> bool:

@@ -248,7 +248,9 @@ class Runner:
         running.effect = None
         del self._running[running.ask.number]
         running.procedure.close()
-        if not running.told:
+        if running.told:
+            self._services.record({"kind": "late outcome", "ask": running.ask.number, "outcome": outcome})
+        else:
             self._services.finish(running.ask, outcome, running.sent)
         self._leave(running, now)
 

@@ -23,7 +23,7 @@ from gateway.core.procedure import (
     note,
     read,
 )
-from gateway.core.saying import ended, intent
+from gateway.core.saying import ended, explain, intent
 from gateway.core.store import Store
 from gateway.line.interface import Answered, Priority, Read, Refused, Silent, Unsent, Write
 from gateway.mapping.profile import Condition, Point
@@ -37,6 +37,9 @@ PULSE_ATTEMPTS = 20
 
 STOP_PATIENCE = 20.0
 """Seconds after which whoever asked for a stop hears that it is not answered."""
+
+POINTLESS = (0x01, 0x02)
+"""Error codes that repeating does not change: no such function, no such register."""
 
 STOP_PAUSE, STOP_PAUSE_MOST = 0.05, 5.0
 """Seconds between the repetitions of a stop that is not answered; the pause doubles."""
@@ -62,7 +65,7 @@ def transmit(
         Ended: if it was not sent, or the drive refused it.
     """
     drive = ask.drive
-    fresh = yield from _read_words(ask, [drive.profile.points[name] for name in raws], deadline)
+    fresh = yield from _read_words(ask, raws, deadline)
     address, words = drive.compose(raws, fresh)
     problem = yield from note(intent(ask, address, words), wait=not ask.urgent)
     if problem and not ask.urgent:
@@ -73,10 +76,7 @@ def transmit(
     if isinstance(finished.result, (Refused, Unsent)):
         drive.refused(address, len(words), before)
         raise ended(drive, finished)
-    answered = isinstance(finished.result, Answered)
-    if answered:
-        drive.answered(address, len(words))
-    return Sent(raws, address, len(words), finished.at, answered)
+    return Sent(raws, address, len(words), finished.at, isinstance(finished.result, Answered))
 
 
 def frame_of(drive: Drive, address: int, words: tuple[int, ...], points: Sequence[Point]) -> Write:
@@ -91,27 +91,39 @@ def send(
     """Send a frame once. A refusal that is temporary is asked again while the deadline lasts, since it
     changed nothing; a stop is repeated until it is answered."""
     if ask.urgent:
-        return (yield from insist(request))
+        return (yield from insist(ask, request))
     while True:
         finished = yield from exchange(request, Priority.COMMAND, deadline, condition)
         if deadline is None or not (yield from may_repeat(ask.drive, finished, deadline)):
             return finished
 
 
-def insist(request: Write) -> Generator[Effect, Any, Finished]:
+def insist(ask: Ask, request: Write) -> Generator[Effect, Any, Finished]:
     """Send a stop until it is answered, however long that takes: a drive that comes back running after a
-    stop was asked for has to be stopped. The asker hears after `STOP_PATIENCE` that nothing is known."""
-    finished = yield from exchange(request, Priority.STOP, None)
-    began, pause, told = finished.at, STOP_PAUSE, False
-    while isinstance(finished.result, Silent):
-        if finished.at - began >= STOP_PATIENCE and not told:
-            told = True
-            reason = "sent again and again, but the drive does not answer; it is sent on until it does"
-            yield Report(Outcome(verdict=Verdict.UNKNOWN, cause=Cause.NO_ANSWER, reason=reason))
+    stop was asked for has to be stopped. The asker hears at once that the line is down, and after
+    `STOP_PATIENCE` that nothing is known. A drive that goes on refusing is left alone after that time."""
+    pause, told = STOP_PAUSE, False
+    while True:
+        finished = yield from exchange(request, Priority.STOP, None)
+        patient = finished.at - ask.asked.mono < STOP_PATIENCE
+        match finished.result:
+            case Answered():
+                return finished
+            case Refused(code) if code in POINTLESS or not patient:
+                return finished
+            case Silent() | Unsent() if not told and (isinstance(finished.result, Unsent) or not patient):
+                told = True
+                yield Report(_undelivered(ask, finished))
         yield Pause(pause)
         pause = min(2 * pause, STOP_PAUSE_MOST)
-        finished = yield from exchange(request, Priority.STOP, None)
-    return finished
+
+
+def _undelivered(ask: Ask, finished: Finished) -> Outcome:
+    """What whoever asked for a stop hears that could not be delivered yet."""
+    reason = f"{explain(ask.drive, finished)}; the stop is sent until the drive answers"
+    if isinstance(finished.result, Unsent):
+        return Outcome(verdict=Verdict.FAILED, cause=Cause.LINE_DOWN, reason=reason)
+    return Outcome(verdict=Verdict.UNKNOWN, cause=Cause.NO_ANSWER, reason=reason)
 
 
 def may_repeat(drive: Drive, finished: Finished, deadline: float) -> Generator[Effect, Any, bool]:
@@ -129,13 +141,13 @@ def may_repeat(drive: Drive, finished: Finished, deadline: float) -> Generator[E
 
 
 def _read_words(
-    ask: Ask, points: Sequence[Point], deadline: float | None
+    ask: Ask, raws: Mapping[str, int], deadline: float | None
 ) -> Generator[Effect, Any, dict[int, int]]:
     """The words whose other bits must stay as they are. A stop waits for none of them."""
     fresh: dict[int, int] = {}
     if ask.urgent:
         return fresh
-    for address in ask.drive.unknown_words(points):
+    for address in ask.drive.words_to_read(raws):
         finished = yield from read(Read(ask.drive.unit, address, 1), Priority.COMMAND, deadline)
         if not isinstance(finished.result, Answered):
             raise ended(ask.drive, finished, f"register {address:04X}H could not be read first: ")

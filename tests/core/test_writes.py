@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from gateway.core.events import PortLost
 from gateway.simulator.faults import DropReply
-from gateway.simulator.happening import Panel, Trip
+from gateway.simulator.happening import Panel, PowerCycle, Trip
 from gateway.tag import Cause, Origin, Role, Verdict
 from tests.core.world import ENGINEER, OPERATOR, World, make_site
 
@@ -363,3 +364,53 @@ def test_a_fault_of_ours_leaves_nobody_waiting(world: World, monkeypatch: pytest
     assert (outcome.verdict, outcome.cause) == (Verdict.FAILED, Cause.INTERNAL)
     assert "oops" in outcome.reason
     assert world.write("fan-1.frequency_command", 20.0).verdict is Verdict.CONFIRMED, "the lane is free again"
+
+
+@pytest.mark.parametrize("touch", ["input_6", "reset_fault"])
+def test_h7_a_bit_written_after_an_unnoticed_restart_does_not_start_the_motor(
+    world: World, touch: str
+) -> None:
+    world.command("run_forward", frequency=20.0)
+    world.drives["fan-1"].post(PowerCycle())
+    world.run(0.5)
+    if touch == "reset_fault":
+        world.command("reset_fault")
+    else:
+        world.write("fan-1.input_6", True, OPERATOR)
+    world.run(3.0)
+    [run, running] = world.read("fan-1.run", "fan-1.running")
+    assert (run.value, running.value) == (False, False)
+
+
+def test_h20_a_stop_that_is_refused_as_busy_is_repeated(world: World) -> None:
+    world.command("run_forward", frequency=50.0)
+    drive = world.drives["fan-1"]
+    refusing = [True]
+    model = drive.handle
+
+    def busy(adu: bytes, now: float) -> bytes | None:
+        if refusing[0] and adu[1] == 0x10:
+            return bytes.fromhex("05 90 06 8D C3")
+        return model(adu, now)
+
+    drive.handle = busy  # type: ignore[method-assign]
+    stop = world.ask_command("stop")
+    world.run(6.0)
+    assert stop() is None
+    refusing[0] = False
+    assert world.until(stop, 60.0).verdict is Verdict.CONFIRMED
+
+
+def test_h20_a_stop_asked_while_the_port_is_gone_is_sent_when_it_is_back(world: World) -> None:
+    world.command("run_forward", frequency=50.0)
+    world.port_problem = "unplugged"
+    world.feed(PortLost("north", "unplugged"))
+    stop = world.ask_command("stop")
+    outcome = world.until(stop, 1.0)
+    assert (outcome.verdict, outcome.cause) == (Verdict.FAILED, Cause.LINE_DOWN)
+    world.run(20.0)
+    world.port_problem = ""
+    world.wire.clear()
+    world.run(20.0)
+    assert STEP_4 in world.sent()
+    assert world.read("fan-1.running")[0].value is False

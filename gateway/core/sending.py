@@ -120,7 +120,7 @@ def insist(ask: Ask, request: Write) -> Generator[Effect, Any, Finished]:
 
 def _undelivered(ask: Ask, finished: Finished) -> Outcome:
     """What whoever asked for a stop hears that could not be delivered yet."""
-    reason = f"{explain(ask.drive, finished)}; the stop is sent until the drive answers"
+    reason = f"{explain(ask.drive, finished)}; the stop is sent until the drive answers, or this gateway ends"
     if isinstance(finished.result, Unsent):
         return Outcome(verdict=Verdict.FAILED, cause=Cause.LINE_DOWN, reason=reason)
     return Outcome(verdict=Verdict.UNKNOWN, cause=Cause.NO_ANSWER, reason=reason)

@@ -14,13 +14,19 @@ from gateway.core.procedure import (
     IsLast,
     Lane,
     Leave,
+    Pause,
     Procedure,
+    Prove,
+    Report,
 )
 from gateway.core.proving import READ_BACK_SECONDS, prove, read_back, value_shown
-from gateway.core.sending import STEP_SECONDS, end_pulse, select, transmit
+from gateway.core.sending import STEP_SECONDS, STOP_PATIENCE, end_pulse, select, transmit
 from gateway.core.store import Store
 from gateway.mapping.profile import Command, Condition, Kind, Point, Step
 from gateway.tag import Outcome, Verdict
+
+STOP_AGAIN = 1.0
+"""Seconds after which a stop that the drive took and does not show is sent again."""
 
 
 def write_point(ask: Ask, store: Store, point: Point, number: Fraction) -> Procedure:
@@ -62,7 +68,10 @@ def run_steps(
             continue
         raws = yield from step_values(ask, store, step, args, now)
         last = index == len(command.steps) - 1
-        outcome, now = yield from carry_out(ask, store, step, raws, deadline, command.only_when, last)
+        if ask.urgent:
+            outcome, now = yield from stop_step(ask, store, step, raws)
+        else:
+            outcome, now = yield from carry_out(ask, store, step, raws, deadline, command.only_when, last)
         deadline = None if ask.urgent else now + STEP_SECONDS
     return outcome
 
@@ -89,9 +98,37 @@ def carry_out(
             ask, store, sent, kept, READ_BACK_SECONDS if step.until else step.within
         )
     if step.until and outcome.verdict is Verdict.CONFIRMED:
-        if last and not ask.urgent:
+        if last:
             yield Leave()
         outcome = yield from prove(ask, store, step, sent, outcome)
     if outcome.verdict is not Verdict.CONFIRMED and not last:
         raise Ended(outcome.verdict, outcome.cause, outcome.reason)
+    return outcome, sent.at
+
+
+def stop_step(
+    ask: Ask, store: Store, step: Step, raws: Mapping[str, int]
+) -> Generator[Effect, Any, tuple[Outcome, float]]:
+    """A step of a stop: sent again until the drive shows it, or shows that it stands (H20). Whoever asked
+    hears after `STOP_PATIENCE` that the drive does not obey; the sending goes on."""
+    points = [ask.drive.profile.points[name] for name in raws]
+    kept = [point for point in points if point.access.readable and not point.pulse]
+    told = False
+    while True:
+        sent = yield from transmit(ask, store, raws, None)
+        shown = Outcome(verdict=Verdict.CONFIRMED)
+        if kept:
+            shown = yield from read_back(ask, store, sent, kept, STOP_AGAIN / 2)
+        if shown.verdict is Verdict.CONFIRMED:
+            break
+        if step.until and (yield Prove(step.until, sent.at, sent.at + STOP_AGAIN)):
+            return Outcome(verdict=Verdict.CONFIRMED), sent.at
+        if not step.until:
+            yield Pause(STOP_AGAIN)
+        if sent.at - ask.asked.mono >= STOP_PATIENCE and not told:
+            told = True
+            yield Report(shown)
+    outcome = Outcome(verdict=Verdict.CONFIRMED)
+    if step.until:
+        outcome = yield from prove(ask, store, step, sent, outcome)
     return outcome, sent.at

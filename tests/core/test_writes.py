@@ -414,3 +414,24 @@ def test_h20_a_stop_asked_while_the_port_is_gone_is_sent_when_it_is_back(world: 
     world.run(20.0)
     assert STEP_4 in world.sent()
     assert world.read("fan-1.running")[0].value is False
+
+
+def test_h20_a_stop_that_is_acknowledged_and_not_obeyed_is_sent_again(world: World) -> None:
+    world.command("run_forward", frequency=50.0)
+    drive = world.drives["fan-1"]
+    deaf = [True]
+    model = drive.handle
+
+    def acknowledge(adu: bytes, now: float) -> bytes | None:
+        if deaf[0] and adu[1] == 0x10:
+            return bytes.fromhex("05 10 00 01 00 01 51 8D")
+        return model(adu, now)
+
+    drive.handle = acknowledge  # type: ignore[method-assign]
+    stop = world.ask_command("stop")
+    outcome = world.until(stop, 25.0)
+    assert (outcome.verdict, outcome.cause) == (Verdict.FAILED, Cause.NOT_PROVED)
+    assert len([frame for frame in world.sent() if frame == STEP_4]) > 8
+    deaf[0] = False
+    world.run(10.0)
+    assert world.read("fan-1.running")[0].value is False

@@ -28,6 +28,8 @@ class Drive:
         self.unit = config.unit
         self.profile = config.profile
         self.image: dict[int, int] = {}
+        self.owed: set[str] = set()
+        """Commands that have to follow writes that were made (`Point.then`)."""
         self.selection: dict[str, int] = {}
         """Selectors and the raw values that they hold, as far as that is known."""
         self.facts = unit_facts(config)
@@ -142,6 +144,7 @@ class Drive:
         """Nothing is known of the drive's words any more: it may have been restarted."""
         self.image.clear()
         self.selection.clear()
+        self.owed.clear()
 
     def _shows(self, word: Word) -> bool:
         """What was written into a word can be read from it."""

@@ -40,7 +40,7 @@ def read_back(
 ) -> Generator[Effect, Any, Outcome]:
     """Read the written registers until they show what was written, at most ``within`` seconds."""
     if not all(point.access.readable for point in points):
-        return _by_reply(sent)
+        return _by_reply(sent, points)
     request = _registers_of(ask.drive, points)
     until = sent.at + (within if sent.answered else max(within, LOST_REPLY_SECONDS))
     while True:
@@ -74,7 +74,10 @@ def _differing(first: int, sent: Sent, points: Sequence[Point], words: Sequence[
     return None
 
 
-def _by_reply(sent: Sent) -> Outcome:
+def _by_reply(sent: Sent, points: Sequence[Point]) -> Outcome:
+    if any(point.silent for point in points):
+        reason = "sent; this drive answers no such write, and what it wrote cannot be read back"
+        return Outcome(verdict=Verdict.UNKNOWN, cause=Cause.NO_ANSWER, reason=reason)
     if sent.answered:
         return Outcome(verdict=Verdict.CONFIRMED, reason="write-only: the drive's reply is the proof")
     return Outcome(verdict=Verdict.UNKNOWN, cause=Cause.NO_ANSWER, reason="the drive did not answer")

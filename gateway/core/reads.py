@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
-from gateway.core.drive import Drive
+from gateway.core.drive import Drive, depends_on
 from gateway.core.polling import Polling
 from gateway.core.procedure import READ_AGAIN
 from gateway.line.interface import Answered, Read, Refused, Result, Silent, Unsent
@@ -81,6 +81,7 @@ class Reads:
             else:
                 wanted.setdefault(found[0].name, (found[0], []))[1].append(found[1])
         for drive, points in wanted.values():
+            self._ask(pending, drive, deciders(drive, points), now)
             self._ask(pending, drive, points, now)
         pending.starting = False
         self._answer_if_complete(pending, now)
@@ -133,6 +134,16 @@ class Reads:
         if not pending.jobs:
             store = self._polling.store
             pending.reply(tuple(pending.bad.get(tag) or store.sample(tag, now.wall) for tag in pending.tags))
+
+
+def deciders(drive: Drive, points: Iterable[Point]) -> list[Point]:
+    """The points that decide what these mean, those that decide first in front."""
+    found: dict[str, Point] = {}
+    for point in points:
+        others = [drive.profile.points[name] for name in depends_on(point) if name in drive.profile.points]
+        for other in [*deciders(drive, others), *others]:
+            found.setdefault(other.name, other)
+    return list(found.values())
 
 
 def spans(points: Iterable[Point], longest: int) -> list[tuple[int, int]]:

@@ -6,6 +6,8 @@ from collections.abc import Generator, Mapping
 from fractions import Fraction
 from typing import Any
 
+from msgspec import structs
+
 from gateway.core.establishing import establish, holds_now, is_already, raw_now, step_values
 from gateway.core.guard import Ended
 from gateway.core.procedure import (
@@ -25,28 +27,59 @@ from gateway.core.store import Store
 from gateway.mapping.profile import Command, Condition, Kind, Point, Step
 from gateway.tag import Outcome, Verdict
 
+FOLLOW_SECONDS = 15.0
+"""Time from the beginning of a write within which the command that follows it has to be sent."""
+
 STOP_AGAIN = 1.0
 """Seconds after which a stop that the drive took and does not show is sent again."""
 
 
 def write_point(ask: Ask, store: Store, point: Point, number: Fraction) -> Procedure:
-    """Write one point and read it back."""
+    """Write one point and read it back; after the last write of a batch comes what has to follow it."""
     now = yield Lane()
-    yield from establish(ask.drive, store, point.only_when, now)
-    raw = yield from raw_now(ask.drive, store, point, number, point.name, now)
+    try:
+        outcome = yield from change_point(ask, store, point, number, now)
+    except Ended:
+        yield from follow(ask, store, point, now + FOLLOW_SECONDS)
+        raise
+    problem = yield from follow(ask, store, point, now + FOLLOW_SECONDS)
+    return outcome if problem is None else problem
+
+
+def change_point(ask: Ask, store: Store, point: Point, number: Fraction, now: float) -> Procedure:
+    """Write one point and read it back, unless it is so already."""
+    drive = ask.drive
+    yield from establish(drive, store, point.only_when, now)
+    raw = yield from raw_now(drive, store, point, number, point.name, now)
     if point.kind is Kind.PARAMETER and (yield from is_already(ask, store, point, raw, now)):
-        return Outcome(
-            verdict=Verdict.CONFIRMED, reason="it was so already", value=value_shown(ask, store, [point])
-        )
+        value = value_shown(ask, store, [point])
+        return Outcome(verdict=Verdict.CONFIRMED, reason="it was so already", value=value)
     yield from select(ask, point)
     sent = yield from transmit(ask, store, {point.name: raw}, ask.deadline, point.only_when)
+    if point.then is not None:
+        drive.owed.add(point.then)
     if point.pulse:
         yield from end_pulse(ask, store, sent, [point])
         return Outcome(verdict=Verdict.CONFIRMED, reason="pulse given and taken back")
-    outcome = yield from read_back(ask, store, sent, [point], READ_BACK_SECONDS)
-    if outcome.verdict is Verdict.CONFIRMED and point.then is not None and (yield IsLast()):
-        yield from run_steps(ask, store, ask.drive.profile.commands[point.then], {}, sent.at + STEP_SECONDS)
-    return outcome
+    return (yield from read_back(ask, store, sent, [point], READ_BACK_SECONDS))
+
+
+def follow(ask: Ask, store: Store, point: Point, deadline: float) -> Generator[Effect, Any, Outcome | None]:
+    """Run the command that a batch of writes owes the drive, if this is the last of them. The outcome
+    when that failed: the values are written and not active; it stays owed, and the next write tries again."""
+    drive = ask.drive
+    if point.then is None or point.then not in drive.owed or not (yield IsLast()):
+        return None
+    command = drive.profile.commands[point.then]
+    try:
+        outcome = yield from run_steps(ask, store, command, {}, deadline, keep=True)
+    except Ended as ended:
+        outcome = ended.outcome
+    if outcome.verdict is Verdict.CONFIRMED:
+        drive.owed.discard(point.then)
+        return None
+    reason = f"written, but {point.then} did not follow, so it may not be active: {outcome.reason}"
+    return structs.replace(outcome, verdict=Verdict.FAILED, reason=reason)
 
 
 def run_command(ask: Ask, store: Store, command: Command, args: Mapping[str, Fraction]) -> Procedure:
@@ -58,16 +91,22 @@ def run_command(ask: Ask, store: Store, command: Command, args: Mapping[str, Fra
 
 
 def run_steps(
-    ask: Ask, store: Store, command: Command, args: Mapping[str, Fraction], deadline: float | None
+    ask: Ask,
+    store: Store,
+    command: Command,
+    args: Mapping[str, Fraction],
+    deadline: float | None,
+    keep: bool = False,
 ) -> Generator[Effect, Any, Outcome]:
-    """The steps of a command, each proved before the next. The last one's proof blocks nobody."""
+    """The steps of a command, each proved before the next. The last one's proof blocks nobody, unless
+    ``keep`` says that the lane is still needed."""
     outcome = Outcome(verdict=Verdict.CONFIRMED, reason="nothing to do: every step is already reached")
     now = ask.asked.mono
     for index, step in enumerate(command.steps):
         if step.when and not (yield from holds_now(ask.drive, store, step.when, now)):
             continue
         raws = yield from step_values(ask, store, step, args, now)
-        last = index == len(command.steps) - 1
+        last = index == len(command.steps) - 1 and not keep
         if ask.urgent:
             outcome, now = yield from stop_step(ask, store, step, raws)
         else:

@@ -130,3 +130,49 @@ def test_a_drive_that_is_saving_is_asked_again_within_the_deadline(s2000: World)
     assert command(s2000, "store_parameters").verdict is Verdict.CONFIRMED  # type: ignore[attr-defined]
     outcome = s2000.write("drive-1.frequency_command", 12.0)
     assert outcome.verdict is Verdict.CONFIRMED, outcome
+
+
+def test_enter_follows_even_when_the_last_write_of_a_batch_changes_nothing(s2000: World) -> None:
+    s2000.write("drive-1.preset_frequency_2", 500)
+    s2000.wire.clear()
+    asked = [
+        s2000.ask_write(f"drive-1.preset_frequency_{n}", value, ENGINEER) for n, value in ((1, 610), (2, 500))
+    ]
+    for outcome in asked:
+        assert s2000.until(outcome, 10.0).verdict is Verdict.CONFIRMED
+    s2000.run(1.0)
+    assert len([frame for frame in s2000.sent() if frame.startswith("01 10 FF DD")]) == 1
+
+
+def test_an_enter_that_was_refused_is_told_and_made_good(s2000: World) -> None:
+    drive = s2000.drives["drive-1"]
+    refusing, model = [True], drive.handle
+
+    def refuse(adu: bytes, now: float) -> bytes | None:
+        if refusing[0] and adu[1:4] == bytes.fromhex("10FFDD"):
+            return _sealed(bytes.fromhex("019021"))
+        return model(adu, now)
+
+    drive.handle = refuse  # type: ignore[method-assign]
+    outcome = s2000.write("drive-1.preset_frequency_1", 620)
+    assert outcome.verdict is Verdict.FAILED
+    assert "not be active" in outcome.reason
+    refusing[0] = False
+    assert s2000.write("drive-1.preset_frequency_1", 620).verdict is Verdict.CONFIRMED
+    assert len([frame for frame in s2000.sent() if frame.startswith("01 10 FF DD")]) == 2
+
+
+def test_a_read_on_request_brings_what_decides_its_unit() -> None:
+    world = World(site_of("s2000", e1_04=Fraction(60)))
+    world.run(0.5)
+    [sample] = world.read("drive-1.frequency_command")
+    assert (sample.value, sample.quality) == (0.0, Quality.GOOD)
+
+
+def _sealed(content: bytes) -> bytes:
+    crc = 0xFFFF
+    for byte in content:
+        crc ^= byte
+        for _ in range(8):
+            crc = crc >> 1 ^ 0xA001 if crc & 1 else crc >> 1
+    return content + crc.to_bytes(2, "little")

@@ -117,7 +117,7 @@ def _read_choice(text: str, values: Mapping[int, str]) -> Value:
     if text in values.values():
         return text
     if text.isdecimal() and int(text) in values:
-        return int(text)
+        return int(text if text.isascii() and "_" not in text else "")
     raise UsageError(f"{text!r} is none of {', '.join(values.values())}{nearest(text, values.values())}")
 
 
@@ -129,14 +129,14 @@ def _read_boolean(text: str) -> Value:
 
 def _read_integer(text: str) -> Value:
     try:
-        return int(text)
+        return int(text if text.isascii() and "_" not in text else "")
     except ValueError:
         raise UsageError(f"{text!r} is not a whole number") from None
 
 
 def _read_number(text: str) -> Value:
     try:
-        number = float(text)
+        number = float(text if text.isascii() and "_" not in text else "")
     except ValueError:
         number = math.nan
     if not math.isfinite(number):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from abc import ABC, abstractmethod
 from collections.abc import AsyncIterator, Mapping, Sequence
 from typing import Any, TypeVar
 
@@ -33,7 +34,7 @@ Call = Watch | ReadTags | WriteTag | RunCommand | AskHealth | AskDemand | AskTra
 _T = TypeVar("_T")
 
 
-class MessageBridge:
+class MessageBridge(ABC):
     """Implements `gateway.bridge.api.Bridge` for subclasses that can `send` a request and `hear` what
     comes back."""
 
@@ -59,9 +60,9 @@ class MessageBridge:
             raise BridgeError("the gateway has not answered yet")
         return self._welcome
 
+    @abstractmethod
     def send(self, request: Call) -> None:
         """Pass a request on to the core."""
-        raise NotImplementedError
 
     def hear(self, message: Response) -> None:
         """Take in a message of the core."""

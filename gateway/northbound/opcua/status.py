@@ -58,6 +58,7 @@ _REFUSED: dict[Cause, int] = {
     Cause.NOT_PROVED: ua.StatusCodes.BadDeviceFailure,
     Cause.SUPERSEDED: ua.StatusCodes.BadOperationAbandoned,
     Cause.SHUTTING_DOWN: ua.StatusCodes.BadShutdown,
+    Cause.INTERNAL: ua.StatusCodes.BadInternalError,
 }
 
 _DRIVE_ERROR: dict[str, int] = {

@@ -225,3 +225,9 @@ async def test_wrong_arguments_are_named(gateway: Running) -> None:
     assert [status.name for status in wrong.InputArgumentResults] == ["BadTypeMismatch"]
     assert elsewhere.StatusCode.name == "BadMethodInvalid"
     assert gateway.bridge.commands == []
+
+
+async def test_a_node_that_is_not_there_is_unknown_for_writes_as_for_reads(gateway: Running) -> None:
+    async with client_of(gateway, "operator") as client:
+        assert await code_of_write(client, "fan-1.warp", double(1.0)) == "BadNodeIdUnknown"
+    assert gateway.bridge.writes == []

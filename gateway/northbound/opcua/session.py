@@ -13,9 +13,9 @@ from asyncua import ua
 from asyncua.common.utils import ServiceError
 from asyncua.server.internal_session import InternalSession
 
+from gateway.northbound.opcua import plain
 from gateway.northbound.opcua.certificates import check_uri
 from gateway.northbound.opcua.login import Client
-from gateway.northbound.opcua.plain import node_id
 from gateway.northbound.opcua.request import ChannelView, current
 from gateway.northbound.opcua.subscriptions import Subscriptions
 from gateway.tag import Origin
@@ -38,7 +38,7 @@ class Session(InternalSession):
     def __init__(self, engine: Engine, name: str, channel: ChannelView) -> None:
         service = Subscriptions(engine.sources, engine)
         super().__init__(engine, engine.aspace, service, name, user=Client(), external=False)
-        self.auth_token = node_id(secrets.token_bytes(TOKEN_BYTES), 1)
+        self.auth_token = plain.node_id(secrets.token_bytes(TOKEN_BYTES), 1)
         self.label = secrets.token_hex(8)
         """Names the session to the core (leases, journal); tells nothing of the token."""
         self.channel = channel
@@ -91,8 +91,14 @@ class Session(InternalSession):
     async def write(self, params: ua.WriteParameters) -> list[ua.StatusCode]:
         _check_count(params.NodesToWrite)
         patience = current.get().patience
-        asker, origin = self.iserver.asker, self._origin()
-        return await asyncio.gather(*(asker.write(item, origin, patience) for item in params.NodesToWrite))
+        origin = self._origin()
+        return await asyncio.gather(*(self._write(item, origin, patience) for item in params.NodesToWrite))
+
+    async def _write(self, item: ua.WriteValue, origin: Origin, patience: float | None) -> ua.StatusCode:
+        if item.NodeId not in self.aspace:
+            return plain.status(ua.StatusCodes.BadNodeIdUnknown)
+        status: ua.StatusCode = await self.iserver.asker.write(item, origin, patience)
+        return status
 
     async def call(self, params: list[ua.CallMethodRequest]) -> list[ua.CallMethodResult]:
         _check_count(params)

@@ -159,7 +159,7 @@ async def test_each_item_of_a_request_has_its_own_status(gateway: Running) -> No
             for tag in (COMMAND, FREQUENCY, "fan-1.nothing")
         ]
         results = await client.uaclient.write(ua.WriteParameters(NodesToWrite=values))
-    assert [status.name for status in results] == ["Good", "BadUserAccessDenied", "BadNotWritable"]
+    assert [status.name for status in results] == ["Good", "BadUserAccessDenied", "BadNodeIdUnknown"]
 
 
 async def test_a_slow_write_holds_up_no_read_of_its_session(gateway: Running) -> None:

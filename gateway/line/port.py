@@ -132,11 +132,13 @@ def open_tcp(url: str) -> FilePort:
 
 
 def _configured(line: LineConfig) -> serial.Serial:
+    # a pseudo terminal has no characters of 7 bits and no parity, and the second one to ask is refused
+    plain = _is_pseudo_terminal(line.port)
     device = serial.Serial(
         port=line.port,
         baudrate=line.baud,
-        bytesize=8 if _is_pseudo_terminal(line.port) else line.format.data_bits,
-        parity=line.format.parity,
+        bytesize=8 if plain else line.format.data_bits,
+        parity="N" if plain else line.format.parity,
         stopbits=line.format.stop_bits,
         timeout=0,
         exclusive=True,

@@ -130,6 +130,11 @@ async def test_any_character_format_opens_on_a_simulated_line(near: int, form: S
     (await open_port(config(os.ttyname(near), form))).close()
 
 
+async def test_a_simulated_line_with_parity_opens_again_and_again(near: int) -> None:
+    for _ in range(3):
+        (await open_port(config(os.ttyname(near), SerialFormat(7, "E", 1)))).close()
+
+
 async def test_refusals_say_why(tmp_path: Path) -> None:
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))

@@ -162,7 +162,7 @@ PROFILE: Mapping[str, Mapping[str, Meaning]] = {
         "at": M("address of the (first) register", "0024H, Cn-02"),
         "bits": M("name to field: the register is cut up, and its fields are the points", "{running: 0}"),
         "image": M(
-            "written from the core's own picture of the word; else it is read, changed and written", "true"
+            "the core keeps what was commanded last, for a stop and where the word cannot be read", "true"
         ),
         "repeat": M("numbers for `<n>` in the name; the following ones lie next to it", "1..8", "once"),
         "stride": M("distance of the repeats, in registers", "2", "its own width"),

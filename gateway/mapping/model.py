@@ -166,10 +166,10 @@ class ErrorCode(Entry, Sourced):
     retry_when: Condition | None = None
 
 
-class Traits(Sourced):
-    """The keys that a group, a register, a field or a point may carry; the nearest one wins."""
+class Understanding(Sourced):
+    """How a raw value is to be understood, and while what holds."""
 
-    kind: Kind | None = None
+    when: Condition | None = None
     type: Text | None = None
     words: Literal["high_first", "low_first"] | None = None
     unit: UnitOf | None = None
@@ -178,30 +178,25 @@ class Traits(Sourced):
     values: Values | None = None
     special: dict[str, Name] | None = None
     range: Span | None = None
+
+
+class Case(Understanding):
+    """What replaces keys of the entry while ``when`` holds; without ``when`` always."""
+
+
+class Traits(Understanding):
+    """The keys that a group, a register, a field or a point may carry; the nearest one wins."""
+
+    kind: Kind | None = None
     rate: Literal["fast", "normal", "slow"] | None = None
     access: Access | None = None
     only_when: Condition | None = None
     wear: Wear | None = None
     danger: dict[str, Text] | None = None
     shift: Name | None = None
-    when: Condition | None = None
     cases: list[Case] | None = None
     select: dict[str, Text] | None = None
     then: Name | None = None
-
-
-class Case(Sourced):
-    """What replaces keys of the entry while ``when`` holds; without ``when`` always."""
-
-    when: Condition | None = None
-    type: Text | None = None
-    words: Literal["high_first", "low_first"] | None = None
-    unit: UnitOf | None = None
-    times: Name | None = None
-    offset: Number | None = None
-    values: Values | None = None
-    special: dict[str, Name] | None = None
-    range: Span | None = None
 
 
 class BitField(Entry, Traits):

@@ -193,9 +193,9 @@ class Point:
 class Word:
     """A register that is cut into fields.
 
-    ``image`` words are written from the core's own picture of the word; the others by reading,
-    changing and writing as one locked sequence. ``always`` is laid over every write: the bits of
-    ``always_mask`` get the values in ``always_bits``. ``pulse_mask`` are bits that the image never keeps.
+    Of ``image`` words the core keeps what was commanded last, for a stop and where the word cannot be
+    read; any other change reads, changes and writes as one locked sequence. The bits of ``always_mask`` get the
+    values in ``always_bits`` in every write. ``pulse_mask`` are bits that the image never keeps.
     """
 
     address: int

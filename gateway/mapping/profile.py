@@ -194,8 +194,8 @@ class Word:
     """A register that is cut into fields.
 
     Of ``image`` words the core keeps what was commanded last, for a stop and where the word cannot be
-    read; any other change reads, changes and writes as one locked sequence. The bits of ``always_mask`` get the
-    values in ``always_bits`` in every write. ``pulse_mask`` are bits that the image never keeps.
+    read; any other change reads, changes and writes as one locked sequence. In every write the bits of
+    ``always_mask`` get the values in ``always_bits``. ``pulse_mask`` are bits that the image never keeps.
     """
 
     address: int

@@ -16,7 +16,7 @@ from gateway.mapping.kinds import KINDS
 from gateway.mapping.model import NamedValue
 from gateway.mapping.node import Path
 from gateway.mapping.notation import Place
-from gateway.mapping.profile import Encoding, Kind, Limits, Point, Provenance
+from gateway.mapping.profile import FREELY, Encoding, Kind, Limits, Pace, Point, Provenance
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +61,7 @@ class DatumMaker:
             shift=traits.shift,
             then=traits.then if access.writable else None,
             wear=cast("int | Literal['unknown'] | None", traits.wear),
+            pace=Pace(traits.step, traits.slew, traits.interval or 0.0) if access.writable else FREELY,
             danger=self._danger(traits.danger or {}, encoding, keys.place("danger")),
             help=entry.help,
             provenance=self._provenance(entry),

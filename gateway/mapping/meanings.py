@@ -135,6 +135,17 @@ PROFILE: Mapping[str, Mapping[str, Meaning]] = {
         "only_when": M("a write or command is refused otherwise", "{running: false}", "always allowed"),
         "wear": M("how many writes it lasts, or `unknown`", "100000", "none"),
         "danger": M("raw value or range to what it does; never without confirmation", "{1110B: initialises}"),
+        "step": M("the most that one write may change it, in the unit", "10", "any"),
+        "slew": M(
+            "rate at which the gateway takes the drive to a new setpoint, in the unit per second",
+            "2",
+            "at once",
+        ),
+        "interval": M(
+            "least time between two writes; of setpoints the newest waits, other writes are refused",
+            "500ms",
+            "0ms",
+        ),
         "shift": M("setting that is added to the address", "command_shift"),
         "when": M("it is there only then", "{control_mode: vf}", "always"),
         "cases": M(

@@ -193,6 +193,9 @@ class Traits(Understanding):
     only_when: Condition | None = None
     wear: Wear | None = None
     danger: dict[str, Text] | None = None
+    step: Number | None = None
+    slew: Number | None = None
+    interval: Duration | None = None
     shift: Name | None = None
     cases: list[Case] | None = None
     select: dict[str, Text] | None = None

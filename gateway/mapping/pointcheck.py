@@ -6,6 +6,7 @@ from gateway.mapping.encodings import raw_span, value_span
 from gateway.mapping.facts import READ_HOLDING, READ_INPUT, WRITE_MANY, WRITE_ONE
 from gateway.mapping.finding import Report
 from gateway.mapping.inherit import Inherited
+from gateway.mapping.pacecheck import check_pace
 from gateway.mapping.profile import Encoding, Kind, Limits, Point, Profile, Table
 from gateway.mapping.resolve import Resolved
 from gateway.mapping.values import in_words
@@ -26,6 +27,7 @@ def check_point(point: Point, keys: Inherited, resolved: Resolved, report: Repor
     if point.access.writable and point.encoding.patterns:
         message = f"`{point.name}` is written, but patterns are for reading only"
         report.error(keys.place("values"), message, "name each raw value by itself")
+    check_pace(point, point.pace, keys.place, report)
     if point.limits is not None:
         _check_limits(point, point.limits, keys, resolved, report)
     if (

@@ -93,6 +93,29 @@ class Limits:
 
 
 @dataclass(frozen=True, slots=True)
+class Pace:
+    """How fast a point may be changed (T3). None and 0: no bound.
+
+    ``step`` is the most that one write may change, in the point's unit; ``slew`` the rate at which the core
+    takes the drive to a new value, in the unit per second; ``interval`` the least time between two frames
+    that write it, in seconds.
+    """
+
+    step: Fraction | None = None
+    slew: Fraction | None = None
+    interval: float = 0.0
+
+    def within(self, other: Pace) -> Pace:
+        """The narrower of both, bound by bound."""
+        steps = [step for step in (self.step, other.step) if step is not None]
+        slews = [slew for slew in (self.slew, other.slew) if slew is not None]
+        return Pace(min(steps, default=None), min(slews, default=None), max(self.interval, other.interval))
+
+
+FREELY = Pace()
+
+
+@dataclass(frozen=True, slots=True)
 class Encoding:
     """How a raw value becomes an engineering value: ``raw * scale * times + offset``.
 
@@ -163,6 +186,7 @@ class Point:
     wear: int | Literal["unknown"] | None = None
     danger: Mapping[int, str] = field(default_factory=lambda: MappingProxyType({}))
     """Raw values that do harm, and what they do."""
+    pace: Pace = FREELY
     when: Condition = ()
     """The point exists only while this holds; otherwise it has no value and says so."""
     cases: tuple[Case, ...] = ()

@@ -12,9 +12,13 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal
 
-from gateway.mapping.profile import Profile, SerialFormat
+from gateway.mapping.profile import Pace, Profile, SerialFormat
+from gateway.tag import Role
 
 LeaseMode = Literal["session", "required", "off"]
+
+SETPOINT = "frequency_command"
+"""The point that ``on_expiry: {setpoint: x}`` is about."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,6 +29,10 @@ class Control:
     ttl: float = 10.0
     on_expiry: str | None = None
     """``stop``, ``hold`` or ``setpoint: x``; None while nobody chose."""
+    setpoint: Fraction | None = None
+    """The ``x`` of that, for `SETPOINT`."""
+    takeover: Role = Role.ENGINEER
+    """Least role that may take the lease away from its holder."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +75,8 @@ class DriveConfig:
     unit: int
     ranges: Mapping[str, tuple[Fraction, Fraction]] = field(default_factory=lambda: MappingProxyType({}))
     """Per point, narrower limits than the profile's, in the point's unit."""
+    limits: Mapping[str, Pace] = field(default_factory=lambda: MappingProxyType({}))
+    """Per point, a slower pace than the profile's."""
     settings: Mapping[str, Fraction] = field(default_factory=lambda: MappingProxyType({}))
     """Every setting of the profile that has a value here or a default."""
     control: Control = Control()
@@ -91,6 +101,15 @@ class LineConfig:
     drives: tuple[DriveConfig, ...]
 
 
+@dataclass(frozen=True, slots=True)
+class StartGroup:
+    """Drives of which no two start within ``apart`` seconds."""
+
+    name: str
+    drives: tuple[str, ...]
+    apart: float
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Site:
     """One gateway's whole configuration."""
@@ -108,6 +127,7 @@ class Site:
     opcua: Mapping[str, Any] | None
     """The validated section as plain data, for the adapter; None when absent."""
     mqtt: tuple[Mapping[str, Any], ...]
+    starts: tuple[StartGroup, ...] = ()
     digest: str
     """SHA-256 over the site file and all profiles it uses, in hex."""
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from gateway.mapping import forms
-from gateway.mapping.encodings import value_span
+from gateway.mapping.controlcheck import bounds_of, check_control, check_limits, check_starts
 from gateway.mapping.finding import Report
 from gateway.mapping.node import Path
 from gateway.mapping.profile import Point
@@ -33,7 +32,9 @@ def check_site(raw: RawSite, site: Site, report: Report) -> None:
     for drive in site.drives:
         _check_comm_loss(drive, report)
         _check_ranges(drive, report)
-        _check_control(drive, raw, report)
+        check_limits(drive, report)
+        check_control(drive, raw, report)
+    check_starts(site, report)
     check_sections(raw, site, report)
 
 
@@ -166,7 +167,7 @@ def _check_ranges(drive: DriveConfig, report: Report) -> None:
 
 
 def _check_narrower(drive: DriveConfig, point: Point, low: Fraction, high: Fraction, report: Report) -> None:
-    least, most = _limits(drive, point)
+    least, most = bounds_of(drive, point)
     if (least is not None and low < least) or (most is not None and high > most):
         allowed = (
             f"{'any' if least is None else in_words(least)} to {'any' if most is None else in_words(most)}"
@@ -175,58 +176,4 @@ def _check_narrower(drive: DriveConfig, point: Point, low: Fraction, high: Fract
             (*_place(drive), "ranges", point.name),
             f"the profile allows {allowed} {point.encoding.symbol or ''}".rstrip(),
             "a site can only narrow a range",
-        )
-
-
-def _limits(drive: DriveConfig, point: Point) -> tuple[Fraction | None, Fraction | None]:
-    """The profile's limits as far as they are known without the drive."""
-    if point.limits is None:
-        return value_span(point.encoding) or (None, None)
-    bounds = (point.limits.low, point.limits.high)
-    low, high = (drive.settings.get(bound) if isinstance(bound, str) else bound for bound in bounds)
-    return low, high
-
-
-def _check_control(drive: DriveConfig, raw: RawSite, report: Report) -> None:
-    """With writes on, somebody must have chosen what happens when the commander goes away."""
-    place = _place(drive)
-    control = drive.control
-    if control.lease == "off":
-        return
-    if raw.writes.enabled and control.on_expiry is None:
-        report.error(
-            place,
-            f"writes are on, and nobody chose what `{drive.name}` does when its commander goes away",
-            "add control: {on_expiry: stop} (or hold, or {setpoint: 20}), or control: {lease: off}",
-            key=True,
-        )
-    if raw.lines[drive.line].drives[drive.name].control is not None:
-        report.warn(
-            (*place, "control"),
-            "leases are not enforced by this version",
-            "rely on the drive's own time-out",
-            key=True,
-        )
-    _check_expiry(drive, report)
-
-
-def _check_expiry(drive: DriveConfig, report: Report) -> None:
-    """The action on expiry must be one that the drive has."""
-    place = (*_place(drive), "control", "on_expiry")
-    action = drive.control.on_expiry or ""
-    if action == "stop" and "stop" not in drive.profile.commands:
-        report.error(place, f"`{drive.profile.name}` has no command `stop`", "choose hold or {setpoint: 20}")
-    if not action.startswith("setpoint: "):
-        return
-    point = drive.profile.points.get("frequency_command")
-    if point is None or not point.access.writable:
-        report.error(
-            place, f"`{drive.profile.name}` has no setpoint `frequency_command`", "choose stop or hold"
-        )
-        return
-    value = forms.number(action.removeprefix("setpoint: "))
-    low, high = drive.ranges.get(point.name) or _limits(drive, point)
-    if (low is not None and value < low) or (high is not None and value > high):
-        report.error(
-            place, f"the setpoint {in_words(value)} is outside the range of `{point.name}`", "correct it"
         )

@@ -75,6 +75,22 @@ class Control(Shape):
     lease: Literal["session", "required", "off"] = "session"
     ttl: Duration = 10.0
     on_expiry: OnExpiry | None = None
+    takeover: Literal["operator", "engineer", "admin"] = "engineer"
+
+
+class Limit(Shape):
+    """How fast a point may be changed."""
+
+    step: Number | None = None
+    slew: Number | None = None
+    interval: Duration | None = None
+
+
+class Starts(Shape):
+    """Drives that do not start at the same time."""
+
+    drives: list[Text] = Field(min_length=2)
+    apart: Duration
 
 
 class Rs485(Shape):
@@ -118,6 +134,7 @@ class Drive(Shape):
     ranges: dict[str, Annotated[list[Number], Field(min_length=2, max_length=2)]] = Field(
         default_factory=dict
     )
+    limits: dict[str, Limit] = Field(default_factory=dict)
     settings: dict[str, Annotated[str, text_form(str), WithJsonSchema(ANY_SCHEMA)]] = Field(
         default_factory=dict
     )
@@ -156,6 +173,7 @@ class RawSite(Shape):
     profiles: list[Text] = Field(default_factory=list)
     lines: dict[str, Line] = Field(min_length=1)
     names: Templates = Templates()
+    starts: dict[str, Starts] = Field(default_factory=dict)
     rates: dict[str, Duration] = Field(default_factory=dict)
     writes: Writes = Writes()
     opcua: Opcua | None = None

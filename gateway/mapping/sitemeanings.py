@@ -17,6 +17,10 @@ SITE: Mapping[str, Mapping[str, Meaning]] = {
         ),
         "lines": M("name to line", "{north: {port: /dev/ttyUSB0, serial: 9600 8N2, drives: {...}}}"),
         "names": M("how drives, points and commands are called outside"),
+        "starts": M(
+            "groups of drives that start one after another, to limit the inrush",
+            "{hall-2: {drives: [fan-1, fan-2], apart: 5s}}",
+        ),
         "rates": M(
             "rate class to period; `fast`, `normal` and `slow` always exist",
             "{fast: 500ms}",
@@ -49,15 +53,32 @@ SITE: Mapping[str, Mapping[str, Meaning]] = {
             "point to limits in its unit; can only narrow the profile's", "{frequency_command: [0, 50]}"
         ),
         "settings": M("values of the profile's settings", "{max_frequency: 50}"),
+        "limits": M(
+            "point to how fast it may be changed; can only narrow the profile's",
+            "{frequency_command: {step: 10, slew: 2}}",
+        ),
         "control": M("who may command it, and what happens when he goes away"),
         "names": M("how it and what belongs to it are called outside"),
     },
     "Control": {
-        "lease": M("who must hold a lease to command; not enforced by this version", "off"),
-        "ttl": M("how long a lease lasts", "10s"),
+        "lease": M(
+            "`session`: the first command takes the lease; `required`: it must be taken first; `off`: none",
+            "required",
+        ),
+        "ttl": M("how long a lease lasts that nobody renews; at least 500ms", "30s"),
         "on_expiry": M(
             "what happens then: `stop`, `hold` or `{setpoint: 20}`; must be chosen once writes are on", "stop"
         ),
+        "takeover": M("least role that may take the lease away from its holder", "operator"),
+    },
+    "Limit": {
+        "step": M("the most that one write may change it, in the unit", "10", "any"),
+        "slew": M("rate at which it is taken to a new value, in the unit per second", "2", "at once"),
+        "interval": M("least time between two writes", "500ms", "0ms"),
+    },
+    "Starts": {
+        "drives": M("the drives that start one after another", "[fan-1, fan-2]"),
+        "apart": M("least time between two of their starts", "5s"),
     },
     "MemberNames": {
         "node": M(

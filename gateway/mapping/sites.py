@@ -10,16 +10,17 @@ from typing import Any
 
 from gateway.mapping import sitefile
 from gateway.mapping.finding import Report
-from gateway.mapping.forms import FormError, duration
+from gateway.mapping.forms import FormError, duration, number
 from gateway.mapping.node import Path as Place
-from gateway.mapping.profile import Profile, SerialFormat
+from gateway.mapping.profile import Pace, Profile, SerialFormat
 from gateway.mapping.sections import Mqtt, Opcua, Publish
 from gateway.mapping.settingcheck import check_settings, fit
 from gateway.mapping.shape import nearest
-from gateway.mapping.site import Control, DriveConfig, LineConfig, Rs485, Site
+from gateway.mapping.site import Control, DriveConfig, LineConfig, Rs485, Site, StartGroup
 from gateway.mapping.sitefile import RawSite
 from gateway.mapping.specialise import specialise
 from gateway.mapping.values import single_value
+from gateway.tag import Role
 
 RATES = {"fast": 0.2, "normal": 1.0, "slow": 30.0}
 """Seconds of the classes that always exist."""
@@ -44,6 +45,7 @@ def resolve_site(
         data=data,
         opcua=_opcua(raw.opcua, folder, data) if raw.opcua else None,
         mqtt=tuple(_mqtt(raw, index, folder, data, rates, report) for index in range(len(raw.mqtt))),
+        starts=tuple(StartGroup(name, tuple(g.drives), g.apart) for name, g in raw.starts.items()),
         digest=digest,
     )
 
@@ -83,7 +85,6 @@ def _drive(
     if profile is None:
         return None
     place: Place = ("lines", line, "drives", name)
-    control = raw.control or sitefile.Control()
     ranges = {point: (ends[0], ends[1]) for point, ends in raw.ranges.items()}
     settings = _settings(raw, profile, (*place, "settings"), report)
     return DriveConfig(
@@ -93,8 +94,19 @@ def _drive(
         unit=raw.unit,
         ranges=MappingProxyType(ranges),
         settings=MappingProxyType(settings),
-        control=Control(control.lease, control.ttl, control.on_expiry),
+        limits=MappingProxyType({point: _pace(limit) for point, limit in raw.limits.items()}),
+        control=_control(raw.control or sitefile.Control()),
     )
+
+
+def _pace(raw: sitefile.Limit) -> Pace:
+    return Pace(raw.step, raw.slew, raw.interval or 0.0)
+
+
+def _control(raw: sitefile.Control) -> Control:
+    action = raw.on_expiry or ""
+    setpoint = number(action.removeprefix("setpoint: ")) if action.startswith("setpoint: ") else None
+    return Control(raw.lease, raw.ttl, raw.on_expiry, setpoint, Role(raw.takeover))
 
 
 def _special(

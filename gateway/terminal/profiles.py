@@ -134,6 +134,9 @@ def _writing(point: Point) -> dict[str, Any]:
         "twin": point.twin,
         "wear": point.wear,
         "danger": _spans(point.danger),
+        "step": None if point.pace.step is None else number(point.pace.step),
+        "slew": None if point.pace.slew is None else number(point.pace.slew),
+        "interval": point.pace.interval,
     }
 
 

@@ -108,6 +108,9 @@ def _writing_notes(point: Point) -> Iterator[tuple[str, bool]]:
     yield f"then {point.then}", point.then is not None
     yield f"wears out ({point.wear}); without wear: {point.twin}", point.twin is not None
     yield f"wear {point.wear}", point.wear is not None and point.twin is None
+    yield f"step {point.pace.step}", point.pace.step is not None
+    yield f"slew {point.pace.slew}/s", point.pace.slew is not None
+    yield f"every {point.pace.interval:g} s", point.pace.interval > 0
     yield "the drive does not answer", point.silent
     yield f"pause {point.pause:g} s", point.pause > 0
 

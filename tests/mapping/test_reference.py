@@ -59,8 +59,8 @@ def test_every_link_leads_to_a_section() -> None:
     [
         "| `at` | address of the (first) register | address | required | `0024H, Cn-02` |",
         "| `within` | how long to wait for that | time | 1s | `2s` |",
-        "| `lease` | who must hold a lease to command; not enforced by this version "
-        "| `session`, `required`, `off` | session | `off` |",
+        "| `lease` | `session`: the first command takes the lease; `required`: it must be taken first; "
+        "`off`: none | `session`, `required`, `off` | session | `required` |",
         "| `only_when` | refused otherwise | names to text or list of text | always allowed "
         "| `{run_source: line}` |",
     ],

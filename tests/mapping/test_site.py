@@ -150,7 +150,8 @@ def test_what_happens_on_expiry_is_chosen(tmp_path: Path, choice: str) -> None:
     file.write_text(text)
     site, findings = load_site(file)
     assert site is not None and site.writes_enabled
-    assert site.drives[0].control == Control("required", 5.0, choice.strip("{}"))
+    setpoint = Fraction(25, 2) if "setpoint" in choice else None
+    assert site.drives[0].control == Control("required", 5.0, choice.strip("{}"), setpoint)
     assert [finding.severity for finding in findings] == ["warning"]
     assert findings[0].message == "leases are not enforced by this version"
 

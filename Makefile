@@ -3,6 +3,7 @@
 #   make demo    a simulated drive on OPC UA and MQTT, on this machine
 #   make test    all checks and tests
 #   make check   format, lint, types, import contracts
+#   make bench   everything in benchmarks/, on a quiet machine
 #   make pins    make requirements/*.txt anew from pyproject.toml (needs uv)
 #   make clean   remove the virtual environment and caches
 
@@ -26,7 +27,8 @@ check: $(READY)
 	$(BIN)/lint-imports
 
 bench: $(READY)
-	@for file in $(wildcard benchmarks/bench_*.py); do echo "== $$file"; $(BIN)/python $$file || exit 1; done
+	@for name in $(basename $(notdir $(wildcard benchmarks/*.py))); do \
+	  echo "== $$name"; $(BIN)/python -m benchmarks.$$name || exit 1; done
 
 setup: $(READY)
 

@@ -8,6 +8,7 @@ import typer
 
 from gateway import __version__
 from gateway.commands import (
+    acknowledge,
     check,
     command,
     demo,
@@ -64,6 +65,6 @@ def _panel(title: str, *modules: object) -> None:
 
 
 _panel("Run", demo, run, simulate)
-_panel("Look and act", read, watch, write, command, trace, health)
+_panel("Look and act", read, watch, write, command, trace, health, acknowledge)
 _panel("Prepare", check, plan, profiles, explain, schema)
 app.add_typer(users.app, name="users", rich_help_panel="Prepare")

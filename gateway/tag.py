@@ -122,6 +122,7 @@ class Cause(StrEnum):
     WRITES_DISABLED = "writes_disabled"
     UNKNOWN_TAG = "unknown_tag"
     UNKNOWN_COMMAND = "unknown_command"
+    UNKNOWN_ALARM = "unknown_alarm"
     NOT_WRITABLE = "not_writable"
     WRONG_TYPE = "wrong_type"
     WRONG_ARGUMENTS = "wrong_arguments"
@@ -198,16 +199,21 @@ class Origin(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
 
 
 class Event(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """Something worth telling: a drive lost or back, a fault coming or going."""
+    """Something worth telling: a drive lost or back, a fault coming or going, an alarm.
+
+    ``drive`` is what it is about: a drive; for an alarm also a line, or the gateway itself.
+    """
 
     time: int
     drive: str
     name: str
     """``communication_lost``, ``communication_restored``, ``fault_raised``, ``fault_cleared``,
-    ``line_down``, ``line_up``."""
+    ``line_down``, ``line_up``, ``alarm_raised``, ``alarm_cleared``, ``alarm_acknowledged``."""
     text: str
     tag: str = ""
     value: Value = None
+    alarm: str = ""
+    """What the alarm is acknowledged by."""
 
 
 def tag_of(drive: str, point: str) -> str:

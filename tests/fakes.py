@@ -212,6 +212,9 @@ class FakeBridge:
     async def health(self) -> Health:
         return Health(started=1, lines=(), drives={}, sessions=())
 
+    async def acknowledge(self, alarm: str, origin: Origin) -> Outcome:
+        return self.outcome
+
     async def trace(self, line: str) -> Sequence[Frame]:
         return ()
 

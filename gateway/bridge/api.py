@@ -13,7 +13,7 @@ import msgspec
 
 from gateway.tag import Event, Origin, Outcome, Role, Sample, Value, ValueType
 
-API_VERSION = 1
+API_VERSION = 2
 """Raised at each change that an adapter of another version could misunderstand."""
 
 DEFAULT_TTL = 5.0
@@ -165,6 +165,23 @@ class LineHealth(msgspec.Struct, frozen=True, kw_only=True):
     """Share of the last ten seconds that the wire was in use, 0 to 1."""
 
 
+class Alarm(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """Something that somebody has to look at. ``subject`` is a drive, a line or ``gateway``; the times are
+    wall-clock nanoseconds, 0 when that has not happened."""
+
+    key: str
+    """What it is acknowledged by: ``fan-1.restarted``."""
+    subject: str
+    name: str
+    text: str
+    raised: int
+    cleared: int = 0
+    """When its cause was gone."""
+    acknowledged: int = 0
+    by: str = ""
+    """Who acknowledged it."""
+
+
 class Health(msgspec.Struct, frozen=True, kw_only=True):
     """How the core is doing."""
 
@@ -175,6 +192,8 @@ class Health(msgspec.Struct, frozen=True, kw_only=True):
     sessions: tuple[str, ...]
     journal: str = ""
     """Empty when the journal can be written, else why not."""
+    alarms: tuple[Alarm, ...] = ()
+    """Every alarm that stands, the oldest first."""
 
 
 class Reading(msgspec.Struct, frozen=True, kw_only=True):
@@ -264,7 +283,11 @@ class Bridge(Protocol):
         ...
 
     async def health(self) -> Health:
-        """How the core is doing."""
+        """How the core is doing, and which alarms stand."""
+        ...
+
+    async def acknowledge(self, alarm: str, origin: Origin) -> Outcome:
+        """Somebody has seen this alarm (`Alarm.key`); it is gone once its cause is gone too."""
         ...
 
     async def demand(self, tag: str) -> Demand:

@@ -10,9 +10,11 @@ from typing import Any, TypeVar
 from gateway.bridge.api import DEFAULT_TTL, BridgeError, Catalogue, Demand, Frame, Health, Update
 from gateway.bridge.backlog import Backlog
 from gateway.bridge.messages import (
+    Acknowledge,
     AskDemand,
     AskHealth,
     AskTrace,
+    Call,
     DemandIs,
     Done,
     HealthIs,
@@ -30,7 +32,6 @@ from gateway.bridge.messages import (
 )
 from gateway.tag import Origin, Outcome, Sample, Value
 
-Call = Watch | ReadTags | WriteTag | RunCommand | AskHealth | AskDemand | AskTrace
 _T = TypeVar("_T")
 
 
@@ -121,6 +122,10 @@ class MessageBridge(ABC):
 
     async def health(self) -> Health:
         return _expect(await self._call(AskHealth(self._next_id())), HealthIs).health
+
+    async def acknowledge(self, alarm: str, origin: Origin) -> Outcome:
+        reply = await self._call(Acknowledge(self._next_id(), alarm, origin))
+        return _expect(reply, Done).outcome
 
     async def demand(self, tag: str) -> Demand:
         return _expect(await self._call(AskDemand(self._next_id(), tag)), DemandIs).demand

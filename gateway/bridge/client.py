@@ -8,9 +8,10 @@ import socket
 from pathlib import Path
 
 from gateway.bridge.api import API_VERSION, BridgeError
-from gateway.bridge.base import Call, MessageBridge
+from gateway.bridge.base import MessageBridge
 from gateway.bridge.messages import (
     LENGTH_BYTES,
+    Call,
     Hello,
     Response,
     Welcome,

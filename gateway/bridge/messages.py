@@ -83,6 +83,14 @@ class AskHealth(msgspec.Struct, frozen=True, tag="ask_health"):
     id: int
 
 
+class Acknowledge(msgspec.Struct, frozen=True, tag="acknowledge"):
+    """`Bridge.acknowledge`; answered by `Done`."""
+
+    id: int
+    alarm: str
+    origin: Origin
+
+
 class AskDemand(msgspec.Struct, frozen=True, tag="ask_demand"):
     """`Bridge.demand`; answered by `DemandIs`."""
 
@@ -97,7 +105,10 @@ class AskTrace(msgspec.Struct, frozen=True, tag="ask_trace"):
     line: str
 
 
-Request = Hello | Watch | ReadTags | WriteTag | RunCommand | AskHealth | AskDemand | AskTrace
+Call = Watch | ReadTags | WriteTag | RunCommand | Acknowledge | AskHealth | AskDemand | AskTrace
+"""What a client may ask once it has said hello."""
+
+Request = Hello | Call
 
 
 class Welcome(msgspec.Struct, frozen=True, tag="welcome"):

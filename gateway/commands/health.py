@@ -10,7 +10,7 @@ import typer
 from gateway.terminal.options import AsJson, SiteFile
 
 if TYPE_CHECKING:
-    from gateway.bridge.api import Health, LineHealth
+    from gateway.bridge.api import Alarm, Health, LineHealth
 
 EXAMPLES = """
 gateway health site.yaml
@@ -20,7 +20,7 @@ gateway health site.yaml
 def health(site: SiteFile, as_json: AsJson = False) -> None:
     """Show how the running gateway is doing. Exit 1 if none answers or its journal cannot be written.
 
-    A line or drive that is down is shown, but is not the gateway's own illness.
+    A line or drive that is down, or an alarm, is shown, but is not the gateway's own illness.
     """
     from gateway.terminal.connect import run
     from gateway.terminal.output import say, say_json
@@ -47,7 +47,16 @@ def _lines(health: Health) -> list[str]:
 
     drives = [f"drive {name}: {'up' if up else 'down'}" for name, up in health.drives.items()]
     journal = [f"journal: {health.journal}"] if health.journal else []
-    return [f"up since {moment(health.started)}", *map(_line, health.lines), *drives, *journal]
+    alarms = map(_alarm, health.alarms)
+    return [f"up since {moment(health.started)}", *map(_line, health.lines), *drives, *journal, *alarms]
+
+
+def _alarm(alarm: Alarm) -> str:
+    from gateway.terminal.output import moment
+
+    seen = f", acknowledged by {alarm.by}" if alarm.acknowledged else ""
+    over = ", its cause is gone" if alarm.cleared > alarm.raised else ""
+    return f"alarm {alarm.key}: {alarm.text} (since {moment(alarm.raised)}{over}{seen})"
 
 
 def _line(line: LineHealth) -> str:

@@ -40,6 +40,11 @@ class Clients:
         """The client of a session."""
         return self._clients.get(session)
 
+    def ceiling(self, session: int) -> Role:
+        """The highest role that a session may claim for its users."""
+        client = self._clients.get(session)
+        return client.ceiling if client else Role.VIEWER
+
     def names(self) -> Iterator[str]:
         """What the clients call themselves."""
         return (client.name for client in self._clients.values())

@@ -10,11 +10,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from gateway.bridge.api import Happened
 from gateway.bridge.messages import (
+    Acknowledge,
     AskDemand,
     AskHealth,
     AskTrace,
+    Call,
     DemandIs,
+    Done,
     HealthIs,
     Promised,
     ReadTags,
@@ -26,6 +30,7 @@ from gateway.bridge.messages import (
     WriteTag,
     Wrong,
 )
+from gateway.core.alarms import GATEWAY, Alarms
 from gateway.core.catalogue import catalogue_of
 from gateway.core.clients import Clients
 from gateway.core.demanded import demand_for
@@ -33,7 +38,6 @@ from gateway.core.drive import Drive
 from gateway.core.events import (
     Action,
     Asked,
-    ClientRequest,
     Close,
     Event,
     Joined,
@@ -81,6 +85,7 @@ class Core:
         self.lines = Lines(site, self.drives, self._admits)
         self.polling = Polling(self.drives, dict(site.rates), self._publish)
         self.clients = Clients(self.polling.demands, self._tell)
+        self.alarms = Alarms(lambda event: self.clients.tell_all(Happened(event)), self._record)
         self._writes = Writes(
             site.writes_enabled,
             self.drives,
@@ -99,7 +104,7 @@ class Core:
             self.polling, lambda drive: self.lines.up(drive) is False, self._read, self._selected.read
         )
         self._watchkeeper = Watchkeeper(self.drives, dict(site.rates), self.polling, self.clients)
-        self._health = Wellbeing(site.lines, self.lines, self.clients, self._watchkeeper)
+        self._health = Wellbeing(site.lines, self.lines, self.clients, self._watchkeeper, self.alarms)
         self._last_record = 0
 
     # -- the interface of the shell
@@ -134,7 +139,7 @@ class Core:
             case Asked(session, request):
                 self._asked(session, request)
             case Recorded(number, problem):
-                self._health.journal = problem
+                self._journal(problem)
                 self._writes.recorded(number, problem, self._now)
             case Joined() | Left():
                 self._client(event)
@@ -146,6 +151,13 @@ class Core:
             case Stopping():
                 self._writes.stop(self._now)
                 self.lines.stop(self._now.mono)
+
+    def _journal(self, problem: str) -> None:
+        """An entry is on disk, or could not be written: everything but a stop waits for that (R2)."""
+        self._health.journal = problem
+        self.alarms.set(
+            GATEWAY, "journal", problem and f"the journal cannot be written: {problem}", self._now
+        )
 
     def _port(self, event: PortOpened | PortLost) -> None:
         if isinstance(event, PortOpened):
@@ -166,7 +178,7 @@ class Core:
             if self.polling.demands.leave(event.session):
                 self._replan()
 
-    def _asked(self, session: int, request: ClientRequest) -> None:
+    def _asked(self, session: int, request: Call) -> None:
         match request:
             case Watch(id, wants):
                 self._watch(session, id, wants)
@@ -178,6 +190,10 @@ class Core:
                 self._writes.write(session, request, self._now)
             case RunCommand():
                 self._writes.command(session, request, self._now)
+            case Acknowledge(id, alarm, origin):
+                ceiling = self.clients.ceiling(session)
+                outcome = self.alarms.acknowledge(alarm, origin, ceiling, self._now)
+                self.clients.tell(session, Done(id, outcome))
             case AskHealth(id):
                 self.clients.tell(session, HealthIs(id, self._health.report(self._now)))
             case AskDemand(id, tag):

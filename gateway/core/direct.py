@@ -7,7 +7,8 @@ from collections.abc import AsyncIterator, Mapping
 from typing import Any
 
 from gateway.bridge.api import BridgeError
-from gateway.bridge.base import Call, MessageBridge
+from gateway.bridge.base import MessageBridge
+from gateway.bridge.messages import Call
 from gateway.core.lock import data_lock
 from gateway.core.shell import Shell
 from gateway.mapping.site import Site

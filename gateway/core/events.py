@@ -9,19 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from gateway.bridge.messages import (
-    AskDemand,
-    AskHealth,
-    AskTrace,
-    ReadTags,
-    Response,
-    RunCommand,
-    Watch,
-    WriteTag,
-)
+from gateway.bridge.messages import Call, Response
 from gateway.tag import Role
-
-ClientRequest = Watch | ReadTags | WriteTag | RunCommand | AskHealth | AskDemand | AskTrace
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +62,7 @@ class Asked:
     """A client asks for something."""
 
     session: int
-    request: ClientRequest
+    request: Call
 
 
 @dataclass(frozen=True, slots=True)

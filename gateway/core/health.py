@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from gateway.bridge.api import Frame, Health, LineHealth
+from gateway.core.alarms import Alarms
 from gateway.core.clients import Clients
 from gateway.core.lines import Lines
 from gateway.core.polling import wall_of
@@ -17,7 +18,12 @@ class Wellbeing:
     """Reports of health. ``journal`` says why the journal cannot be written, if so."""
 
     def __init__(
-        self, configs: Sequence[LineConfig], lines: Lines, clients: Clients, watchkeeper: Watchkeeper
+        self,
+        configs: Sequence[LineConfig],
+        lines: Lines,
+        clients: Clients,
+        watchkeeper: Watchkeeper,
+        alarms: Alarms,
     ) -> None:
         self.started = 0
         self.journal = ""
@@ -25,6 +31,7 @@ class Wellbeing:
         self._lines = lines
         self._clients = clients
         self._watchkeeper = watchkeeper
+        self._alarms = alarms
         self._down: dict[str, str] = {config.name: "not open yet" for config in configs}
 
     def line_up(self, line: str) -> None:
@@ -43,6 +50,7 @@ class Wellbeing:
             drives=self._watchkeeper.up(),
             sessions=tuple(self._clients.names()),
             journal=self.journal,
+            alarms=self._alarms.standing(),
         )
 
     def trace(self, name: str, now: Instant) -> tuple[Frame, ...] | None:

@@ -188,8 +188,7 @@ class Writes:
             raise refuse(Cause.OVERFLOW, f"{MAX_UNDER_WAY} writes are under way already")
 
     def _check_rights(self, session: int, needed: Role | None, origin: Origin) -> None:
-        client = self._clients.get(session)
-        check_rights(needed, origin, client.ceiling if client else Role.VIEWER)
+        check_rights(needed, origin, self._clients.ceiling(session))
 
     def _drive(self, name: str, cause: Cause) -> Drive:
         drive = self._drives.get(name)

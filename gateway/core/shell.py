@@ -13,12 +13,11 @@ import structlog
 
 from gateway import __version__
 from gateway.bridge.api import API_VERSION
-from gateway.bridge.messages import Response, Welcome
+from gateway.bridge.messages import Call, Response, Welcome
 from gateway.core.core import Core
 from gateway.core.events import (
     Action,
     Asked,
-    ClientRequest,
     Close,
     Event,
     Joined,
@@ -113,7 +112,7 @@ class Shell:
         if self._clients.pop(session, None) is not None:
             self.feed(Left(session))
 
-    def ask(self, session: int, request: ClientRequest) -> None:
+    def ask(self, session: int, request: Call) -> None:
         """A client asks for something."""
         self.feed(Asked(session, request))
 

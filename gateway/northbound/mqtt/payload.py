@@ -69,7 +69,7 @@ def data(samples: Iterable[tuple[Sample, PointInfo]], seq: int, skipped: int = 0
 def event(happened: Event) -> bytes:
     """Something that happened."""
     point = split_tag(happened.tag)[1]
-    about = _present(text=happened.text, point=point, v=happened.value)
+    about = _present(text=happened.text, point=point, v=happened.value, alarm=happened.alarm)
     return _encode({"name": happened.name, "ts": iso(happened.time)} | about)
 
 

@@ -37,6 +37,7 @@ _REFUSED: dict[Cause, int] = {
     Cause.WRITES_DISABLED: ua.StatusCodes.BadUserAccessDenied,
     Cause.UNKNOWN_TAG: ua.StatusCodes.BadNodeIdUnknown,
     Cause.UNKNOWN_COMMAND: ua.StatusCodes.BadMethodInvalid,
+    Cause.UNKNOWN_ALARM: ua.StatusCodes.BadEventIdUnknown,
     Cause.NOT_WRITABLE: ua.StatusCodes.BadNotWritable,
     Cause.WRONG_TYPE: ua.StatusCodes.BadTypeMismatch,
     Cause.WRONG_ARGUMENTS: ua.StatusCodes.BadInvalidArgument,

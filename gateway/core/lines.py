@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Callable, Sequence
 
@@ -22,6 +23,8 @@ class Lines:
             )
             for config in site.lines
         }
+        self._wakes = dict.fromkeys(self._lines, math.inf)
+        """When each line needs a tick; kept, because a step concerns one line of many."""
         self._did: deque[tuple[str, Action]] = deque()
         self._jobs: dict[int, tuple[str, Read | Write]] = {}
         self._last_job = 0
@@ -49,7 +52,8 @@ class Lines:
 
     def wake(self) -> float | None:
         """When `tick` is next needed (monotonic)."""
-        return min((time for line in self._lines.values() if (time := line.wake()) is not None), default=None)
+        at = min(self._wakes.values(), default=math.inf)
+        return None if at == math.inf else at
 
     def next_action(self) -> tuple[str, Action] | None:
         """Remove and return the oldest thing that a line did, with the line's name."""
@@ -66,9 +70,10 @@ class Lines:
             self._take(name, line.stop(now))
 
     def tick(self, now: float) -> None:
-        """Let every line look at the time."""
-        for name, line in self._lines.items():
-            self._take(name, line.tick(now))
+        """Let the lines whose time has come look at it."""
+        for name, at in self._wakes.items():
+            if at <= now:
+                self._take(name, self._lines[name].tick(now))
 
     def port_opened(self, line: str, now: float) -> None:
         """The port of a line is open."""
@@ -109,6 +114,8 @@ class Lines:
 
     def _take(self, name: str, actions: list[Action]) -> None:
         self._did.extend((name, action) for action in actions)
+        at = self._lines[name].wake()
+        self._wakes[name] = math.inf if at is None else at
 
 
 def settings_of(config: LineConfig) -> LineSettings:

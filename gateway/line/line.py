@@ -126,8 +126,8 @@ class Line:
         else:
             probe = self._units.probe()
             probe_at = math.inf if probe is None else max(probe.at, self._pauses.until())
-            due = min(self._schedule.wake(self._ready_at, self._pauses.until_for_stop), probe_at)
-            at = min(max(self._free_at, due), self._pauses.awaited())
+            due = self._schedule.wake(self._free_at, self._ready_at, self._pauses.until_for_stop)
+            at = min(due, max(self._free_at, probe_at), self._pauses.awaited())
         return None if at == math.inf else at
 
     # What happens to the port

@@ -134,16 +134,18 @@ class Schedule:
         """What should go out now; None when nothing is due. Nothing is taken out."""
         if (stop := self._first(Priority.STOP, now, stop_at)) is not None:
             return stop
-        reads = self._due_reads(now, ready_at)
-        if not reads:
+        read = self._next_read(now, ready_at)
+        if read is None:
             self._owed = 0.0
         if self._owed <= 0 and (command := self._first(Priority.COMMAND, now, ready_at)) is not None:
             return command
-        if probe is not None and probe.at <= now and (not reads or probe.deadline <= now):
-            reads.append(probe)
-        if reads:
-            return min(reads, key=_by_deadline)
-        return self._first(Priority.PROBE, now, ready_at)
+        if (
+            probe is not None
+            and probe.at <= now
+            and (read is None or probe.deadline <= min(now, read.deadline))
+        ):
+            return probe
+        return read or self._first(Priority.PROBE, now, ready_at)
 
     def spent(self, choice: Choice, seconds: float) -> None:
         """Account for line time: commands run up a debt to the reads, reads pay it off."""
@@ -154,26 +156,41 @@ class Schedule:
         ):
             self._owed = max(0.0, self._owed - seconds)
 
-    def wake(self, ready_at: ReadyAt, stop_at: ReadyAt = _always) -> float:
-        """When something is next due or expires; infinite when nothing ever is."""
-        times = [max(due.at, ready_at(due.unit)) for due in self._reads]
+    def wake(self, floor: float, ready_at: ReadyAt, stop_at: ReadyAt = _always) -> float:
+        """When something is next due or expires, or ``floor`` if that is later; infinite when nothing ever is.
+
+        On a full line something is due already: the search ends with the first such read.
+        """
+        earliest = math.inf
+        for due in self._reads:
+            if due.at < earliest:
+                earliest = min(earliest, max(due.at, ready_at(due.block.unit)))
+                if earliest <= floor:
+                    return floor
         for entry in self._jobs:
             ready = stop_at if entry.job.priority is Priority.STOP else ready_at
-            times.append(min(ready(entry.unit), _expiry(entry.job)))
-        return min(times, default=math.inf)
+            earliest = min(earliest, ready(entry.unit), _expiry(entry.job))
+        return max(floor, earliest)
 
     def _first(self, priority: Priority, now: float, ready_at: ReadyAt) -> Waiting | None:
         """The oldest waiting job of a priority whose unit may be asked."""
         return next((e for e in self._jobs if e.job.priority is priority and ready_at(e.unit) <= now), None)
 
-    def _due_reads(self, now: float, ready_at: ReadyAt) -> list[Choice]:
-        reads: list[Choice] = [due for due in self._reads if due.at <= now and ready_at(due.unit) <= now]
-        reads += [
-            entry
-            for entry in self._jobs
-            if entry.job.priority is Priority.READ and ready_at(entry.unit) <= now
-        ]
-        return reads
+    def _next_read(self, now: float, ready_at: ReadyAt) -> Choice | None:
+        """The read with the earliest deadline of those that are due, planned or asked once."""
+        best: Choice | None = None
+        deadline = math.inf
+        for due in self._reads:
+            if due.at <= now and due.deadline < deadline and ready_at(due.block.unit) <= now:
+                best, deadline = due, due.deadline
+        for entry in self._jobs:
+            if (
+                entry.job.priority is Priority.READ
+                and entry.deadline < deadline
+                and ready_at(entry.unit) <= now
+            ):
+                best, deadline = entry, entry.deadline
+        return best
 
 
 def settle(due: Due, now: float) -> None:
@@ -199,10 +216,6 @@ def _hurry(plan: Plan, load: float) -> float:
     come due faster than the wire can carry them would break those promises.
     """
     return 1.0 if plan.stretch <= 1 else min(1.0, max(load, 1 / plan.stretch))
-
-
-def _by_deadline(choice: Choice) -> float:
-    return choice.deadline
 
 
 def _expiry(job: Job) -> float:

@@ -75,19 +75,19 @@ def test_a_stop_goes_to_a_unit_that_is_down_and_nothing_else_does() -> None:
     schedule.ask(Job(2, Read(1, 2, 1), Priority.READ), 0.0)
     down = lambda unit: math.inf  # noqa: E731
     assert schedule.choose(0.0, down) is None
-    assert schedule.wake(down) == math.inf
+    assert schedule.wake(-math.inf, down) == math.inf
     schedule.ask(write(3, Priority.STOP), 0.0)
     choice = schedule.choose(0.0, down)
     assert isinstance(choice, Waiting)
     assert choice.job.id == 3
-    assert schedule.wake(down) == -math.inf
+    assert schedule.wake(-math.inf, down) == -math.inf
 
 
 def test_jobs_expire_at_their_deadline() -> None:
     schedule = schedule_of()
     schedule.ask(write(1, deadline=5.0), 0.0)
     schedule.ask(write(2), 0.0)
-    assert schedule.wake(lambda unit: math.inf) == 5.0
+    assert schedule.wake(-math.inf, lambda unit: math.inf) == 5.0
     assert schedule.expired(4.999) == []
     assert [job.id for job in schedule.expired(5.0)] == [1]
     assert [job.id for job in schedule.drain()] == [2]
@@ -144,7 +144,7 @@ def test_nobody_starves_and_writes_wait_a_bounded_time(
             schedule.ask(write(len(pending)), pending.pop(0))
         choice = schedule.choose(now, NEVER_DOWN)
         if choice is None:
-            upcoming = [schedule.wake(NEVER_DOWN), *pending[:1]]
+            upcoming = [schedule.wake(-math.inf, NEVER_DOWN), *pending[:1]]
             now = max(now, min(upcoming))
             continue
         cost = 0.03 if isinstance(choice, Waiting) else choice.block.cost
@@ -163,3 +163,12 @@ def test_nobody_starves_and_writes_wait_a_bounded_time(
     writing = 0.03 * len(asked)
     for b in blocks:
         assert worst[b.unit] <= 2 * b.period + sum(x.cost for x in blocks) + 2 * writing + 0.1
+
+
+def test_nothing_is_due_before_the_floor() -> None:
+    schedule = schedule_of(block(1, 10.0), block(2, 20.0))
+    assert schedule.wake(3.0, NEVER_DOWN) == 3.0
+    while isinstance(due := schedule.choose(0.0, NEVER_DOWN), Due):
+        settle(due, 0.0)
+    assert schedule.wake(3.0, NEVER_DOWN) == 10.0
+    assert schedule.wake(15.0, NEVER_DOWN) == 15.0

@@ -157,7 +157,7 @@ class Schedule:
             self._owed = max(0.0, self._owed - seconds)
 
     def wake(self, floor: float, ready_at: ReadyAt, stop_at: ReadyAt = _always) -> float:
-        """When something is next due or expires, or ``floor`` if that is later; infinite when nothing ever is.
+        """When something is next due or expires, not before ``floor``; infinite when nothing ever is.
 
         On a full line something is due already: the search ends with the first such read.
         """

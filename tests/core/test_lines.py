@@ -39,7 +39,8 @@ def test_a_tick_reaches_the_lines_that_are_due() -> None:
     assert start is not None
     lines.tick(start)
     assert sent(lines) == ["north", "south"]
-    assert (silent := lines.wake()) is not None
+    silent = lines.wake()
+    assert silent is not None
     lines.tick(silent - 1e-6)
     assert sent(lines) == [] and lines.wake() == silent
 

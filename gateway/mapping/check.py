@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
 
 from gateway.mapping import names
+from gateway.mapping.broadcastcheck import check_sets
 from gateway.mapping.circles import check_circles
 from gateway.mapping.commands import STOP, STOP_ALL
 from gateway.mapping.coverage import check_cases
@@ -44,6 +45,8 @@ def check(resolved: Resolved, stem: str, report: Report) -> None:
     _check_settings(resolved, report)
     _check_followers(resolved, report)
     _check_broadcast(resolved, report)
+    check_sets(resolved, report)
+    _check_identity(profile, report)
 
 
 def _check_origins(profile: Profile, report: Report) -> None:
@@ -208,6 +211,18 @@ def _check_probe(profile: Profile, report: Report) -> None:
         report.unknown_name(place, f"`{probe}` is no point", "name a point, or loop_back")
     elif not profile.points[probe].access.readable:
         report.error(place, f"`{probe}` cannot be read", "name a point that can")
+
+
+def _check_identity(profile: Profile, report: Report) -> None:
+    """What a drive is recognised by comes from the drive, and stays what it is."""
+    for term in profile.modbus.identity:
+        place = ("modbus", "identity", term.name)
+        point = profile.points.get(term.name)
+        if term.setting:
+            report.error(place, f"`{term.name}` is a setting, which no drive shows", "name a point", key=True)
+        elif point is not None and point.access.writable and not point.danger:
+            message = f"`{term.name}` is written, so it proves nothing"
+            report.warn(place, message, "name a point that nobody changes", key=True)
 
 
 def _check_commands(profile: Profile, report: Report) -> None:

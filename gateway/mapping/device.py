@@ -33,6 +33,18 @@ class CommLoss:
     after: float | None = None
     action: str | None = None
     when: Condition = ()
+    stops_when: Condition | None = None
+    """The motor stops then while this holds, and runs on while it does not; None: not known."""
+    after_from: str | None = None
+    """The point or setting that holds the time instead of ``after``."""
+    blind: bool = False
+    """The drive's settings tell it not to watch the line at all."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The points and settings that decide what happens."""
+        terms = [term.name for term in (*self.when, *(self.stops_when or ()))]
+        return tuple(dict.fromkeys(name for name in (self.action, self.after_from, *terms) if name))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,3 +85,5 @@ class ModbusFacts:
     """``loop_back``, or the name of the point that is the cheapest question."""
     error_functions: tuple[int, ...] = ()
     """Function bytes that also mean an error reply, beside function + 80H."""
+    identity: Condition = ()
+    """What the drive shows if it is of this model; empty: it shows nothing that would tell."""

@@ -21,6 +21,7 @@ from gateway.mapping.profile import (
     CommLoss,
     ErrorMeaning,
     ModbusFacts,
+    Point,
     Provenance,
     SerialFacts,
     SerialFormat,
@@ -76,14 +77,32 @@ def serial_facts(raw: Serial, conditions: Conditions, report: Report) -> SerialF
         pause_broadcast=pause.broadcast
         if pause.broadcast is not None
         else SerialFacts(baud=()).pause_broadcast,
-        comm_loss=_comm_loss(raw.comm_loss, conditions),
+        comm_loss=_comm_loss(raw.comm_loss, conditions, report),
     )
 
 
-def _comm_loss(raw: RawCommLoss | None, conditions: Conditions) -> CommLoss:
+def _comm_loss(raw: RawCommLoss | None, conditions: Conditions, report: Report) -> CommLoss:
     if raw is None:
         return CommLoss()
-    return CommLoss(raw.after, raw.action, conditions.find(raw.when, ("serial", "comm_loss", "when")))
+    place: Path = ("serial", "comm_loss")
+    stops = raw.stops_when
+    if isinstance(raw.after, str):
+        _check_time(raw.after, conditions, (*place, "after"), report)
+    return CommLoss(
+        after=raw.after if isinstance(raw.after, float) else None,
+        action=raw.action,
+        when=conditions.find(raw.when, (*place, "when")),
+        stops_when=None if stops is None else conditions.find(stops, (*place, "stops_when")),
+        after_from=raw.after if isinstance(raw.after, str) else None,
+    )
+
+
+def _check_time(name: str, conditions: Conditions, place: Path, report: Report) -> None:
+    """What holds a time must count in seconds."""
+    found = conditions.target(name, place, key=False)
+    symbol = found.encoding.symbol if isinstance(found, Point) else found.symbol if found else "s"
+    if symbol != "s":
+        report.error(place, f"`{name}` does not count in seconds", "give it a unit, like 0.1 s")
 
 
 def _formats(fact: Fact[list[SerialFormat]] | None) -> tuple[SerialFormat, ...]:

@@ -154,6 +154,11 @@ def duration(text: str) -> float:
     return float(number(match[1]) * _SECONDS[match[2]])
 
 
+def time_or_name(text: str) -> float | str:
+    """``2s``, in seconds; or the name of what holds the time."""
+    return text if _NAME.fullmatch(text) else duration(text)
+
+
 def durations(text: str) -> tuple[float, float]:
     """``20ms..1s``, in seconds."""
     low, dots, high = text.partition("..")

@@ -77,9 +77,18 @@ PROFILE: Mapping[str, Mapping[str, Meaning]] = {
         "broadcast": M("after a broadcast", "100ms", "0ms"),
     },
     "CommLoss": {
-        "after": M("silence after which the drive takes the line for dead", "2s", "never, or not known"),
+        "after": M(
+            "silence after which the drive takes the line for dead; or the point or setting with it, in s",
+            "2s",
+            "never, or not known",
+        ),
         "action": M("point or setting that tells what it does then", "f5_04"),
         "when": M("it does so only then", "{f5_05: with_detection}", "always"),
+        "stops_when": M(
+            "the motor stops then if this holds too, and runs on if not",
+            "{f5_04: [coast, ramp]}",
+            "not known",
+        ),
     },
     "Modbus": {
         "functions": M("function codes spoken", "[03H, 10H]", "[03H, 06H, 10H]"),
@@ -90,6 +99,11 @@ PROFILE: Mapping[str, Mapping[str, Meaning]] = {
         "holes": M("never passed over, even with `bridge`", "[0034H..003CH]"),
         "probe": M("cheapest question: `loop_back` or a point", "loop_back", "the first status point"),
         "words": M("order of values of several registers", "low_first", "high_first"),
+        "identity": M(
+            "what the drive shows if it is of this model; until it was seen, nothing of it is believed",
+            "{drive_type: 15}",
+            "nothing tells",
+        ),
         "error_functions": M("function bytes that also mean an error reply", "A0H..A3H", "function + 80H"),
     },
     "Setting": {
@@ -181,6 +195,10 @@ PROFILE: Mapping[str, Mapping[str, Meaning]] = {
         "silent": M("the drive does not answer a write of it", "true"),
         "twin": M("the point that holds the same value without wear", "frequency_command"),
         "pause": M("silence to keep after a write of it", "5s", "0ms"),
+        "sets": M(
+            "in `broadcast`: the point of each drive that it changes; in %: a share of its upper limit",
+            "frequency_command",
+        ),
         "active": M("belongs to a field of `bits`"),
         "always": M("belongs to a field of `bits`"),
         "pulse": M("belongs to a field of `bits`"),

@@ -24,6 +24,7 @@ from gateway.mapping.scalars import (
     Number,
     Span,
     Text,
+    TimeOrName,
     Truth,
     UnitOf,
     Wear,
@@ -87,9 +88,10 @@ class Notation(Sourced):
 class CommLoss(Sourced):
     """What the drive does when the line dies."""
 
-    after: Duration | None = None
+    after: TimeOrName | None = None
     action: Name | None = None
     when: Condition | None = None
+    stops_when: Condition | None = None
 
 
 class Pauses(Sourced):
@@ -125,6 +127,7 @@ class Modbus(Sourced):
     probe: Fact[Name] | None = None
     words: Fact[Literal["high_first", "low_first"]] | None = None
     error_functions: Fact[WholeSpan] | None = None
+    identity: Condition | None = None
 
 
 class NamedValue(Entry, Sourced):
@@ -228,6 +231,7 @@ class Register(Entry, Traits):
     silent: Truth = False
     twin: Name | None = None
     pause: Duration | None = None
+    sets: Name | None = None
     active: Misplaced = None
     always: Misplaced = None
     pulse: Misplaced = None

@@ -61,12 +61,23 @@ class PointMaker:
             if place is None:
                 break
             point = self._datum.make(name, place, encoding, entry)
-            pause = register.pause or 0.0
-            self.layout.keep(replace(point, silent=register.silent, twin=register.twin, pause=pause), keys)
+            self.layout.keep(
+                replace(
+                    point,
+                    silent=register.silent,
+                    twin=register.twin,
+                    pause=register.pause or 0.0,
+                    sets=register.sets,
+                ),
+                keys,
+            )
 
     def _add_fields(self, group: str, place: Place, register: Register, levels: list[Level]) -> None:
         """A register that is cut into fields."""
         path = levels[-1][0]
+        if register.sets is not None:
+            remedy = "leave it out"
+            self._report.error((*path, "sets"), "`sets` stands on a register with `bits`", remedy, key=True)
         for index, frame in self._repeated(str(path[-1]), register.repeat, register.stride, path):
             at = self._shifted(place, index * (register.stride or 1), path)
             if at is None:

@@ -204,6 +204,8 @@ class Point:
     """The drive does not answer a write of this point."""
     pause: float = 0.0
     """Seconds of silence to keep after a write of this point."""
+    sets: str | None = None
+    """In a broadcast: the point of each drive that it changes; what is in % is a share of its upper limit."""
     help: str = ""
     provenance: Provenance = UNSTATED
 

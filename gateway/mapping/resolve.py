@@ -69,7 +69,11 @@ class _Resolver:
         conditions = Conditions(layout.points, settings, self.report)
         points = self.with_conditions(layout, conditions)
         modbus = facts.modbus_facts(raw.modbus, self.notations, self.report)
-        modbus = replace(modbus, probe=raw.modbus.probe.value if raw.modbus.probe else default_probe(points))
+        modbus = replace(
+            modbus,
+            probe=raw.modbus.probe.value if raw.modbus.probe else default_probe(points),
+            identity=conditions.find(raw.modbus.identity, ("modbus", "identity")),
+        )
         maker = CommandMaker(points, modbus, conditions, self.sources, self.report)
         twins = TwinMaker(points, settings, self.notations, conditions, self.report)
         profile = Profile(

@@ -76,6 +76,7 @@ Span = Annotated[Range, text_form(forms.span), WithJsonSchema({"type": "string"}
 WholeSpan = Annotated[tuple[int, int], text_form(forms.integers_span), WithJsonSchema(WHOLE_SCHEMA)]
 UnitOf = Annotated[Unit, text_form(forms.unit), WithJsonSchema({"type": "string"})]
 Duration = Annotated[float, text_form(forms.duration), WithJsonSchema({"type": "string"})]
+TimeOrName = Annotated[float | str, text_form(forms.time_or_name), WithJsonSchema({"type": "string"})]
 Durations = Annotated[tuple[float, float], text_form(forms.durations), WithJsonSchema({"type": "string"})]
 Bits = Annotated[tuple[int, int], text_form(forms.bits), WithJsonSchema(WHOLE_SCHEMA)]
 Address = Annotated[str, text_form(_plain), WithJsonSchema(NUMBER_SCHEMA)]

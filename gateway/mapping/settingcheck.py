@@ -9,7 +9,7 @@ from gateway.mapping.commands import STOP
 from gateway.mapping.finding import Report
 from gateway.mapping.node import Path
 from gateway.mapping.profile import Point, Profile
-from gateway.mapping.specialise import left, shifted
+from gateway.mapping.specialise import shifted
 from gateway.mapping.values import in_words
 
 REGISTER = 16
@@ -46,9 +46,6 @@ def check_settings(
     if STOP in profile.commands and STOP not in special.commands:
         message = f"with these settings `{drive}` has no command `{STOP}`"
         report.error((*place, "settings"), message, "correct them", key=True)
-    if left(profile.serial.comm_loss.when, settings) is None:
-        message = f"`{drive}` keeps running when the line dies: its settings tell it not to watch the line"
-        report.warn(place, message, "change that on the panel, and here", key=True)
 
 
 def _check_shifted(profile: Profile, special: Profile, place: Path, report: Report) -> None:

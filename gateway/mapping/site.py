@@ -33,6 +33,17 @@ class Control:
     """The ``x`` of that, for `SETPOINT`."""
     takeover: Role = Role.ENGINEER
     """Least role that may take the lease away from its holder."""
+    on_reappear: Literal["report", "stop"] = "report"
+    """What is done about a drive that comes back running although nobody commanded it from here."""
+
+
+@dataclass(frozen=True, slots=True)
+class LossDemand:
+    """What the site demands that a drive does when the line dies (H9): ``stop``, at the latest ``within``
+    so many seconds; ``keep_running``; or ``any``, which is only shown."""
+
+    action: Literal["stop", "keep_running", "any"]
+    within: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,6 +91,8 @@ class DriveConfig:
     settings: Mapping[str, Fraction] = field(default_factory=lambda: MappingProxyType({}))
     """Every setting of the profile that has a value here or a default."""
     control: Control = Control()
+    comm_loss: LossDemand | None = None
+    """None: nobody said; then what the drive does is only shown."""
     names: DriveNames | None = None
     """None: by the default rule, which `gateway.mapping.naming` states."""
 
@@ -99,6 +112,8 @@ class LineConfig:
     format: SerialFormat
     rs485: Rs485
     drives: tuple[DriveConfig, ...]
+    broadcast: Role | None = None
+    """Least role that may command all drives at once; None: nobody may (H18)."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from fractions import Fraction
 
+from gateway.mapping.broadcastcheck import check_line
 from gateway.mapping.controlcheck import bounds_of, check_control, check_limits, check_starts
 from gateway.mapping.finding import Report
+from gateway.mapping.lossdemand import judge, settings_of
 from gateway.mapping.node import Path
 from gateway.mapping.profile import Point
 from gateway.mapping.sectioncheck import check_label, check_sections
@@ -29,6 +31,7 @@ def check_site(raw: RawSite, site: Site, report: Report) -> None:
     _check_drive_names(raw, report)
     for line in site.lines:
         _check_line(line, raw, report)
+        check_line(line, report)
     for drive in site.drives:
         _check_comm_loss(drive, report)
         _check_ranges(drive, report)
@@ -143,12 +146,27 @@ def _check_serial(drive: DriveConfig, line: LineConfig, raw: RawSite, report: Re
 
 
 def _check_comm_loss(drive: DriveConfig, report: Report) -> None:
-    """A drive that runs on when the line dies cannot be stopped from here."""
-    action = drive.profile.settings.get(drive.profile.serial.comm_loss.action or "")
-    chosen = drive.settings.get(action.name) if action else None
-    if action and chosen is not None and action.values.get(int(chosen)) == KEEP_RUNNING:
-        message = f"`{drive.name}` keeps running when the line dies"
-        report.warn(_place(drive), message, "change its setting on the panel, and here", key=True)
+    """A drive that runs on when the line dies cannot be stopped from here: unless the site demands just
+    that, it should know."""
+    if drive.comm_loss is not None:
+        judgement = judge(drive.profile.serial.comm_loss, drive.comm_loss, settings_of(drive))
+        if judgement.met is False:
+            message = f"nothing but a stop will be written to `{drive.name}`: {judgement.reason}"
+            report.warn(_place(drive), message, "change that on the panel and here, or demand less", key=True)
+    elif (text := _runs_on(drive)) is not None:
+        message = f"`{drive.name}` keeps running when the line dies{text}"
+        report.warn(
+            _place(drive), message, "change that on the panel and here, or say comm_loss: any", key=True
+        )
+
+
+def _runs_on(drive: DriveConfig) -> str | None:
+    """Why a drive runs on, as far as its settings tell; None if they do not."""
+    loss = drive.profile.serial.comm_loss
+    if loss.blind:
+        return ": its settings tell it not to watch the line"
+    action = settings_of(drive)(loss.action or "")
+    return "" if action is not None and action.text == KEEP_RUNNING else None
 
 
 def _check_ranges(drive: DriveConfig, report: Report) -> None:

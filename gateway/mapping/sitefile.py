@@ -76,6 +76,22 @@ class Control(Shape):
     ttl: Duration = 10.0
     on_expiry: OnExpiry | None = None
     takeover: Literal["operator", "engineer", "admin"] = "engineer"
+    on_reappear: Literal["report", "stop"] = "report"
+
+
+class LossDemand(Entry):
+    """What a drive must do when the line dies."""
+
+    first: ClassVar[str] = "action"
+    action: Literal["stop", "keep_running", "any"]
+    within: Duration | None = None
+
+
+class BroadcastRight(Entry):
+    """Who may command all drives of a line at once."""
+
+    first: ClassVar[str] = "role"
+    role: Literal["operator", "engineer", "admin"]
 
 
 class Limit(Shape):
@@ -139,6 +155,7 @@ class Drive(Shape):
         default_factory=dict
     )
     control: Control | None = None
+    comm_loss: LossDemand | None = None
     names: DriveNames | None = None
 
 
@@ -149,6 +166,7 @@ class Line(Shape):
     framing: Literal["rtu", "ascii"] | None = None
     serial: Speed | None = None
     rs485: Rs485 = Rs485()
+    broadcast: BroadcastRight | None = None
     drives: dict[str, Drive]
 
 
@@ -176,6 +194,7 @@ class RawSite(Shape):
     starts: dict[str, Starts] = Field(default_factory=dict)
     rates: dict[str, Duration] = Field(default_factory=dict)
     writes: Writes = Writes()
+    comm_loss: LossDemand | None = None
     opcua: Opcua | None = None
     mqtt: list[Mqtt] = Field(default_factory=list)
     web: Web | None = None

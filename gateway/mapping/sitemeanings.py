@@ -27,6 +27,7 @@ SITE: Mapping[str, Mapping[str, Meaning]] = {
             "fast 200ms, normal 1s, slow 30s",
         ),
         "writes": M("whether anything is written to any drive"),
+        "comm_loss": M("what drives must do when the line dies", "stop", "what they do is only shown"),
         "opcua": M("the OPC UA server", default="none"),
         "mqtt": M("the brokers"),
         "web": M("the web page; not served by this version"),
@@ -40,7 +41,16 @@ SITE: Mapping[str, Mapping[str, Meaning]] = {
         "framing": M("must be written when a drive speaks both", "ascii", "rtu"),
         "serial": M("speed and format; only a `modbus://` port needs none", "9600 8N2", "required"),
         "rs485": M("options of the transceiver", "{echo: true}"),
+        "broadcast": M("who may command all its drives at once", "engineer", "nobody"),
         "drives": M("name to drive", "{fan-1: {profile: teco-7200gs, unit: 5}}"),
+    },
+    "BroadcastRight": {"role": M("least role for running them; a stop takes an operator", "engineer")},
+    "LossDemand": {
+        "action": M(
+            "`stop`, `keep_running` or `any`; nothing but a stop is written to a drive that does otherwise",
+            "stop",
+        ),
+        "within": M("it must stop so soon after the line died", "3s", "whenever it does"),
     },
     "Rs485": {
         "echo": M("the transceiver gives back what is sent", "true"),
@@ -58,6 +68,7 @@ SITE: Mapping[str, Mapping[str, Meaning]] = {
             "{frequency_command: {step: 10, slew: 2}}",
         ),
         "control": M("who may command it, and what happens when he goes away"),
+        "comm_loss": M("what it must do when the line dies", "stop", "that of the site"),
         "names": M("how it and what belongs to it are called outside"),
     },
     "Control": {
@@ -70,6 +81,10 @@ SITE: Mapping[str, Mapping[str, Meaning]] = {
             "what happens then: `stop`, `hold` or `{setpoint: 20}`; must be chosen once writes are on", "stop"
         ),
         "takeover": M("least role that may take the lease away from its holder", "operator"),
+        "on_reappear": M(
+            "what is done about a drive that comes back running without a command: `report` or `stop`",
+            "stop",
+        ),
     },
     "Limit": {
         "step": M("the most that one write may change it, in the unit", "10", "any"),

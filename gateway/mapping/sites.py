@@ -16,7 +16,7 @@ from gateway.mapping.profile import Pace, Profile, SerialFormat
 from gateway.mapping.sections import Mqtt, Opcua, Publish
 from gateway.mapping.settingcheck import check_settings, fit
 from gateway.mapping.shape import nearest
-from gateway.mapping.site import Control, DriveConfig, LineConfig, Rs485, Site, StartGroup
+from gateway.mapping.site import Control, DriveConfig, LineConfig, LossDemand, Rs485, Site, StartGroup
 from gateway.mapping.sitefile import RawSite
 from gateway.mapping.specialise import specialise
 from gateway.mapping.values import single_value
@@ -39,7 +39,7 @@ def resolve_site(
         site=raw.site,
         gateway=raw.gateway,
         path=path,
-        lines=tuple(_line(name, line, profiles, folder, report) for name, line in raw.lines.items()),
+        lines=tuple(_line(name, raw, profiles, folder, report) for name in raw.lines),
         rates=MappingProxyType(rates),
         writes_enabled=raw.writes.enabled,
         data=data,
@@ -51,9 +51,10 @@ def resolve_site(
 
 
 def _line(
-    name: str, raw: sitefile.Line, profiles: Mapping[str, Profile], folder: Path, report: Report
+    name: str, site: RawSite, profiles: Mapping[str, Profile], folder: Path, report: Report
 ) -> LineConfig:
     place: Place = ("lines", name)
+    raw = site.lines[name]
     network = raw.port.startswith("modbus://")
     if raw.serial is None and not network:
         report.error(
@@ -62,7 +63,7 @@ def _line(
     if network and raw.framing is not None:
         report.error((*place, "framing"), "`framing` stands beside a modbus:// port", "leave it out")
     baud, form = raw.serial or _NETWORK_SPEED
-    drives = (_drive(drive, entry, name, profiles, report) for drive, entry in raw.drives.items())
+    drives = (_drive(drive, name, site, profiles, report) for drive in raw.drives)
     return LineConfig(
         name=name,
         port=_port(raw.port, folder),
@@ -71,6 +72,7 @@ def _line(
         format=form,
         rs485=Rs485(raw.rs485.echo, raw.rs485.rts),
         drives=tuple(drive for drive in drives if drive is not None),
+        broadcast=Role(raw.broadcast.role) if raw.broadcast else None,
     )
 
 
@@ -79,8 +81,9 @@ def _port(text: str, folder: Path) -> str:
 
 
 def _drive(
-    name: str, raw: sitefile.Drive, line: str, profiles: Mapping[str, Profile], report: Report
+    name: str, line: str, site: RawSite, profiles: Mapping[str, Profile], report: Report
 ) -> DriveConfig | None:
+    raw = site.lines[line].drives[name]
     profile = profiles.get(raw.profile)
     if profile is None:
         return None
@@ -96,6 +99,7 @@ def _drive(
         settings=MappingProxyType(settings),
         limits=MappingProxyType({point: _pace(limit) for point, limit in raw.limits.items()}),
         control=_control(raw.control or sitefile.Control()),
+        comm_loss=_loss(raw.comm_loss or site.comm_loss),
     )
 
 
@@ -106,7 +110,11 @@ def _pace(raw: sitefile.Limit) -> Pace:
 def _control(raw: sitefile.Control) -> Control:
     action = raw.on_expiry or ""
     setpoint = number(action.removeprefix("setpoint: ")) if action.startswith("setpoint: ") else None
-    return Control(raw.lease, raw.ttl, raw.on_expiry, setpoint, Role(raw.takeover))
+    return Control(raw.lease, raw.ttl, raw.on_expiry, setpoint, Role(raw.takeover), raw.on_reappear)
+
+
+def _loss(raw: sitefile.LossDemand | None) -> LossDemand | None:
+    return None if raw is None else LossDemand(raw.action, raw.within)
 
 
 def _special(

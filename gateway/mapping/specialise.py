@@ -33,7 +33,11 @@ def specialise(profile: Profile, settings: Settings) -> Profile:
         points=MappingProxyType({name: _followed(point, points, commands) for name, point in points.items()}),
         words=MappingProxyType({word.address: word for word in _words(profile, points, settings)}),
         commands=MappingProxyType(commands),
-        modbus=replace(profile.modbus, probe=_probe(profile.modbus.probe, points)),
+        modbus=replace(
+            profile.modbus,
+            probe=_probe(profile.modbus.probe, points),
+            identity=tuple(term for term in profile.modbus.identity if term.name in points),
+        ),
         serial=replace(profile.serial, comm_loss=_comm_loss(profile.serial.comm_loss, settings)),
     )
     return profile if special == profile else special
@@ -177,4 +181,7 @@ def _probe(probe: str, points: Mapping[str, Point]) -> str:
 def _comm_loss(loss: CommLoss, settings: Settings) -> CommLoss:
     """Without an action where the settings say that the drive does not look at the line."""
     when = left(loss.when, settings)
-    return CommLoss() if when is None else replace(loss, when=when)
+    if when is None:
+        return CommLoss(when=loss.when, stops_when=loss.stops_when, blind=True)
+    after = settings.get(loss.after_from) if loss.after_from else None
+    return replace(loss, when=when) if after is None else replace(loss, when=when, after=float(after))

@@ -27,6 +27,8 @@ def serial_object(serial: SerialFacts) -> dict[str, Any]:
             "after": loss.after,
             "action": loss.action,
             "when": [term.text for term in loss.when],
+            "stops_when": None if loss.stops_when is None else [term.text for term in loss.stops_when],
+            "after_from": loss.after_from,
         },
     }
 
@@ -42,6 +44,7 @@ def modbus_object(modbus: ModbusFacts) -> dict[str, Any]:
         "holes": [[f"{low:04X}H", f"{high:04X}H"] for low, high in modbus.holes],
         "probe": modbus.probe,
         "error_functions": [_byte(code) for code in modbus.error_functions],
+        "identity": [term.text for term in modbus.identity],
     }
 
 

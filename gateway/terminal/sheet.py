@@ -164,8 +164,10 @@ def _spans(serial: SerialFacts) -> dict[str, str]:
 
 
 def _loss(loss: CommLoss) -> str:
-    after = "?" if loss.after is None else f"{loss.after:g} s"
-    return f"after {after} by {loss.action or '?'}" + "".join(f" when {term.text}" for term in loss.when)
+    after = loss.after_from or ("?" if loss.after is None else f"{loss.after:g} s")
+    when = "".join(f" when {term.text}" for term in loss.when)
+    stops = "".join(f", stops the motor if {term.text}" for term in loss.stops_when or ())
+    return f"after {after} by {loss.action or '?'}{when}{stops}"
 
 
 def _setting_line(setting: Setting) -> str:

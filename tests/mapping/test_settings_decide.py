@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from gateway.mapping.device import CommLoss
 from gateway.mapping.load import builtin_mappings, load_site
 from gateway.mapping.profile import Access, Profile
 from gateway.mapping.specialise import specialise
@@ -142,9 +141,10 @@ def test_without_detection_nothing_happens_when_the_line_dies() -> None:
         "rtu: [8N1]", "rtu: [8N1], comm_loss: {after: 2s, when: {mode: fine}}"
     )
     values = {"moved": Fraction(0), "mode": Fraction(0), "top": Fraction(1)}
-    assert specialise(good(text), values).serial.comm_loss == CommLoss()
+    loss = specialise(good(text), values).serial.comm_loss
+    assert (loss.blind, loss.after, loss.action) == (True, None, None)
     loss = specialise(good(text), values | {"mode": Fraction(1)}).serial.comm_loss
-    assert (loss.after, loss.when) == (2.0, ())
+    assert (loss.blind, loss.after, loss.when) == (False, 2.0, ())
 
 
 SITE = """\

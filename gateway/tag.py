@@ -3,6 +3,8 @@
 Imports nothing of ours. The structs here are frozen and travel unchanged over the bridge socket.
 
 A *tag* is a point of one drive and is written ``<drive>.<point>``, as in ``fan-1.output_frequency``.
+Names that begin with an underscore are the gateway's own, and no drive, line or point of a profile has such a
+name: ``fan-1._timeouts``, ``_north.utilisation`` for the line ``north``, ``_gateway.uptime``.
 Times named ``time`` are wall-clock nanoseconds since 1970 (UTC); times named ``mono`` are seconds of
 the monotonic clock and mean nothing outside the process that took them.
 """
@@ -10,6 +12,8 @@ the monotonic clock and mean nothing outside the process that took them.
 from __future__ import annotations
 
 from enum import StrEnum
+from fnmatch import fnmatchcase
+from itertools import zip_longest
 from typing import NamedTuple
 
 import msgspec
@@ -225,3 +229,37 @@ def split_tag(tag: str) -> tuple[str, str]:
     """Drive and point of a tag; the point is empty when there is no dot in ``tag``."""
     drive, _, point = tag.partition(".")
     return drive, point
+
+
+OWN = "_"
+"""What the gateway's own names begin with."""
+GATEWAY = f"{OWN}gateway"
+"""What the gateway itself is called in tags."""
+
+
+def own_name(name: str) -> str:
+    """What a line, or a point that the gateway adds to a drive, is called in tags: ``_north``."""
+    return f"{OWN}{name}"
+
+
+def is_own(tag: str) -> bool:
+    """True for what the gateway tells of itself, a line or its dealings with a drive."""
+    return any(part.startswith(OWN) for part in split_tag(tag))
+
+
+def matches(pattern: str, name: str) -> bool:
+    """True when a pattern with ``*`` and ``?`` means a name, which may be a tag.
+
+    As in a shell, nothing stands for what is hidden: a pattern means one of the gateway's own names only if
+    it has the underscore itself. ``fan-1.*`` means all points of the profile, ``fan-1._*`` the others.
+    """
+    parts = zip_longest(name.split("."), pattern.split("."), fillvalue="")
+    return fnmatchcase(name, pattern) and all(
+        asked.startswith(OWN) or not part.startswith(OWN) for part, asked in parts
+    )
+
+
+def means(pattern: str, tag: str) -> bool:
+    """True when a publish rule's pattern means a tag: a whole tag if it has a dot, else points of drives."""
+    owner, point = split_tag(tag)
+    return matches(pattern, tag) if "." in pattern else matches(pattern, point) and not owner.startswith(OWN)

@@ -7,6 +7,7 @@ from collections.abc import AsyncIterator, Mapping, Sequence
 from typing import Any
 
 from gateway.bridge.api import (
+    DIAGNOSTIC,
     ArgumentInfo,
     Batch,
     Catalogue,
@@ -14,6 +15,7 @@ from gateway.bridge.api import (
     DriveInfo,
     Frame,
     Health,
+    OwnerInfo,
     PointInfo,
     Update,
 )
@@ -112,6 +114,14 @@ def small_catalogue(drive: str = "fan-1") -> Catalogue:
             role=Role.OPERATOR,
             register="0001H.0",
         ),
+        PointInfo(
+            name="_timeouts",
+            group="diagnostics",
+            kind=DIAGNOSTIC,
+            type=ValueType.INTEGER,
+            rate="normal",
+            help="Requests without any reply",
+        ),
     )
     frequency = ArgumentInfo(
         name="frequency", point="frequency_command", type=ValueType.NUMBER, unit="Hz", low=0.0, high=60.0
@@ -133,6 +143,21 @@ def small_catalogue(drive: str = "fan-1") -> Catalogue:
         points=points,
         commands=commands,
     )
+    utilisation = PointInfo(
+        name="utilisation",
+        group="diagnostics",
+        kind=DIAGNOSTIC,
+        type=ValueType.NUMBER,
+        rate="normal",
+        unit="%",
+    )
+    line = OwnerInfo(
+        name="_north",
+        browse="north",
+        topic="plant7/_gateway/gw1/lines/north",
+        title="Line north",
+        points=(utilisation,),
+    )
     return Catalogue(
         site="plant7",
         gateway="gw1",
@@ -142,6 +167,7 @@ def small_catalogue(drive: str = "fan-1") -> Catalogue:
         rates={"fast": 0.2, "normal": 1.0, "slow": 30.0},
         writes_enabled=True,
         drives=(info,),
+        lines=(line,),
     )
 
 

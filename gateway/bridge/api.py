@@ -20,6 +20,10 @@ DEFAULT_TTL = 5.0
 """Seconds that a write or command may wait for its first byte on the wire."""
 
 
+DIAGNOSTIC = "diagnostic"
+"""The kind of points that hold no register: what the gateway found out itself (`gateway.mapping.own`)."""
+
+
 class PointInfo(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     """A point of a drive as northbounds show it."""
 
@@ -30,7 +34,8 @@ class PointInfo(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     """How it is called outside: see `gateway.mapping.site.Names`. Empty: as its name."""
     group: str
     kind: str
-    """`gateway.mapping.profile.Kind` as text: status, measurement, fault, setpoint, switch, ..."""
+    """`gateway.mapping.profile.Kind` as text: status, measurement, fault, setpoint, switch, ...; or
+    `DIAGNOSTIC`."""
     type: ValueType
     rate: str
     """Rate class: fast, normal, slow."""
@@ -79,20 +84,29 @@ class CommandInfo(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True)
     help: str = ""
 
 
-class DriveInfo(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """A drive with everything that can be browsed. ``topic`` begins all its topics (``plant7/fan-1``)."""
+class OwnerInfo(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """Something that has points: a drive, a line (``_north``), the gateway itself (``_gateway``).
+
+    ``topic`` begins all its topics (``plant7/fan-1``). ``title`` says what it is.
+    """
 
     name: str
     node: str = ""
     browse: str = ""
     topic: str = ""
+    title: str
+    points: tuple[PointInfo, ...]
+
+
+class DriveInfo(OwnerInfo, frozen=True, kw_only=True, omit_defaults=True):
+    """A drive with everything that can be browsed. Its points are those of its profile, then what the gateway
+    itself tells of it (kind `DIAGNOSTIC`)."""
+
     line: str
     unit: int
     profile: str
-    title: str
     maker: str
     model: str
-    points: tuple[PointInfo, ...]
     commands: tuple[CommandInfo, ...] = ()
 
 
@@ -107,6 +121,14 @@ class Catalogue(msgspec.Struct, frozen=True, kw_only=True):
     rates: Mapping[str, float]
     writes_enabled: bool
     drives: tuple[DriveInfo, ...]
+    lines: tuple[OwnerInfo, ...] = ()
+    own: tuple[OwnerInfo, ...] = ()
+    """The gateway itself, if it has points."""
+
+    @property
+    def owners(self) -> tuple[OwnerInfo, ...]:
+        """Everything that has points: drives, lines, the gateway."""
+        return (*self.drives, *self.lines, *self.own)
 
 
 class Batch(msgspec.Struct, frozen=True, tag="batch"):

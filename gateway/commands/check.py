@@ -95,7 +95,8 @@ async def _read(bridge: Bridge, info: DriveInfo, config: DriveConfig) -> list[Sa
     from gateway.terminal.live import behind_selector
 
     skipped = set(behind_selector(config.profile))
-    names = [point.name for point in info.points if point.readable and point.name not in skipped]
+    mapped = config.profile.points.keys() - skipped
+    names = [point.name for point in info.points if point.readable and point.name in mapped]
     samples = {s.tag: s for s in await bridge.read([tag_of(info.name, name) for name in names])}
     waiting = [tag for tag, sample in samples.items() if sample.quality is Quality.WAITING]
     again = await bridge.read(waiting) if waiting else ()

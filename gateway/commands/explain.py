@@ -10,14 +10,17 @@ import typer
 from gateway.terminal.options import AsJson, SiteFile
 
 if TYPE_CHECKING:
-    from gateway.bridge.api import Catalogue, CommandInfo, Demand, DriveInfo, PointInfo
+    from gateway.bridge.api import Catalogue, CommandInfo, Demand
     from gateway.mapping.site import Site
     from gateway.terminal.explained import Explained
+    from gateway.terminal.explainedown import ExplainedOwn
 
 EXAMPLES = """
 gateway explain site.yaml fan-1.output_frequency
 
 gateway explain site.yaml fan-1.run_forward --json
+
+gateway explain site.yaml _north.utilisation
 """
 
 
@@ -31,18 +34,22 @@ def explain(
     Who wants it is told by the running gateway; without one the read is that of a plan for everything
     that is monitored.
     """
+    from gateway.terminal import explained, explainedown
     from gateway.terminal.connect import run
-    from gateway.terminal.explained import explained_lines, explained_object
     from gateway.terminal.output import say, say_json
 
     found = run(_explain(site, tag))
-    if as_json:
-        say_json(explained_object(found))
+    if isinstance(found, explainedown.ExplainedOwn):
+        about, lines = explainedown.explained_object(found), explainedown.explained_lines(found)
     else:
-        say("\n".join(explained_lines(found)))
+        about, lines = explained.explained_object(found), explained.explained_lines(found)
+    if as_json:
+        say_json(about)
+    else:
+        say("\n".join(lines))
 
 
-async def _explain(path: Path, tag: str) -> Explained:
+async def _explain(path: Path, tag: str) -> Explained | ExplainedOwn:
     from gateway.bridge.place import running
     from gateway.terminal.connect import running_bridge
     from gateway.terminal.sites import load
@@ -55,21 +62,27 @@ async def _explain(path: Path, tag: str) -> Explained:
     return _found(site, catalogue, tag, demand, False)
 
 
-def _found(site: Site, catalogue: Catalogue, tag: str, demand: Demand, running: bool) -> Explained:
+def _found(
+    site: Site, catalogue: Catalogue, tag: str, demand: Demand, running: bool
+) -> Explained | ExplainedOwn:
     """The subject of a tag. Raises UsageError if there is none."""
+    from gateway.bridge.api import DIAGNOSTIC, PointInfo
     from gateway.tag import split_tag, tag_of
     from gateway.terminal.errors import UsageError
     from gateway.terminal.explained import Explained
-    from gateway.terminal.words import nearest
+    from gateway.terminal.explainedown import ExplainedOwn
+    from gateway.terminal.words import nearest, points_by_tag
 
-    subjects: dict[str, tuple[DriveInfo, PointInfo | CommandInfo]] = {}
-    for drive in catalogue.drives:
-        subjects |= {tag_of(drive.name, point.name): (drive, point) for point in drive.points}
-        subjects |= {tag_of(drive.name, command.name): (drive, command) for command in drive.commands}
+    commands = {tag_of(d.name, command.name): command for d in catalogue.drives for command in d.commands}
+    subjects: dict[str, PointInfo | CommandInfo] = {**points_by_tag(catalogue), **commands}
     if tag not in subjects:
         raise UsageError(f"there is no tag {tag!r}{nearest(tag, subjects)}")
-    config = next(drive for drive in site.drives if drive.name == split_tag(tag)[0])
-    drive, info = subjects[tag]
+    info, name = subjects[tag], split_tag(tag)[0]
+    if isinstance(info, PointInfo) and info.kind == DIAGNOSTIC:
+        owner = next(owner for owner in catalogue.owners if owner.name == name)
+        return ExplainedOwn(owner, info, demand, running)
+    config = next(drive for drive in site.drives if drive.name == name)
+    drive = next(drive for drive in catalogue.drives if drive.name == name)
     return Explained(site, config, drive, info, demand, running)
 
 

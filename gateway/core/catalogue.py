@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from gateway.bridge.api import ArgumentInfo, Catalogue, CommandInfo, DriveInfo, PointInfo
+import msgspec
+
+from gateway.bridge.api import ArgumentInfo, Catalogue, CommandInfo, DriveInfo, OwnerInfo, PointInfo
 from gateway.core.drive import Drive
 from gateway.core.meaning import is_fixed
+from gateway.core.own import OwnTags
 from gateway.mapping.profile import Command, Point, Provenance
-from gateway.mapping.site import Site
-from gateway.tag import ValueType
+from gateway.mapping.site import LineConfig, Site
+from gateway.tag import GATEWAY, ValueType, own_name, tag_of
 
 
-def catalogue_of(site: Site, drives: list[Drive], version: str, generation: int) -> Catalogue:
+def catalogue_of(site: Site, drives: list[Drive], own: OwnTags, version: str, generation: int) -> Catalogue:
     """The catalogue of a site."""
     return Catalogue(
         site=site.site,
@@ -22,11 +25,38 @@ def catalogue_of(site: Site, drives: list[Drive], version: str, generation: int)
         digest=site.digest,
         rates=dict(site.rates),
         writes_enabled=site.writes_enabled,
-        drives=tuple(_drive_info(drive) for drive in drives),
+        drives=tuple(_drive_info(drive, own) for drive in drives),
+        lines=tuple(_line_info(site, line, own) for line in site.lines),
+        own=(_gateway_info(site, own),),
     )
 
 
-def _drive_info(drive: Drive) -> DriveInfo:
+def _line_info(site: Site, line: LineConfig, own: OwnTags) -> OwnerInfo:
+    name = own_name(line.name)
+    return OwnerInfo(
+        name=name,
+        browse=line.name,
+        topic=f"{site.site}/{GATEWAY}/{site.gateway}/lines/{line.name}",
+        title=f"Line {line.name} at {line.port}",
+        points=own.infos(name),
+    )
+
+
+def _gateway_info(site: Site, own: OwnTags) -> OwnerInfo:
+    topic = f"{site.site}/{GATEWAY}/{site.gateway}"
+    return OwnerInfo(name=GATEWAY, topic=topic, title="This gateway", points=own.infos(GATEWAY))
+
+
+def _own_points(drive: Drive, own: OwnTags) -> tuple[PointInfo, ...]:
+    """What the gateway tells of a drive, beside its node and in its topics."""
+    names = drive.config.names
+    node = names.node if names else drive.name
+    return tuple(
+        msgspec.structs.replace(info, node=tag_of(node, info.name)) for info in own.infos(drive.name)
+    )
+
+
+def _drive_info(drive: Drive, own: OwnTags) -> DriveInfo:
     profile = drive.profile
     return DriveInfo(
         name=drive.name,
@@ -39,7 +69,10 @@ def _drive_info(drive: Drive) -> DriveInfo:
         title=profile.title,
         maker=profile.maker,
         model=", ".join(profile.models),
-        points=tuple(_point_info(drive, point) for point in profile.points.values()),
+        points=(
+            *(_point_info(drive, point) for point in profile.points.values()),
+            *_own_points(drive, own),
+        ),
         commands=tuple(_command_info(drive, command) for command in profile.commands.values()),
     )
 

@@ -34,6 +34,7 @@ from gateway.core.alarms import GATEWAY, Alarms
 from gateway.core.catalogue import catalogue_of
 from gateway.core.clients import Clients
 from gateway.core.demanded import demand_for
+from gateway.core.diagnostics import register
 from gateway.core.drive import Drive
 from gateway.core.events import (
     Action,
@@ -56,6 +57,7 @@ from gateway.core.events import (
 )
 from gateway.core.health import Wellbeing
 from gateway.core.lines import Lines
+from gateway.core.own import OwnTags
 from gateway.core.polling import Polling
 from gateway.core.reads import Reads
 from gateway.core.requests import Writes
@@ -79,13 +81,13 @@ class Core:
     def __init__(self, site: Site, version: str) -> None:
         self.site = site
         self.drives = [Drive(config) for config in site.drives]
-        self.catalogue = catalogue_of(site, self.drives, version, generation=1)
         self._now = Instant(0.0, 0)
         self._actions: list[Action] = []
         self.lines = Lines(site, self.drives, self._admits)
         self.polling = Polling(self.drives, dict(site.rates), self._publish)
         self.clients = Clients(self.polling.demands, self._tell)
         self.alarms = Alarms(lambda event: self.clients.tell_all(Happened(event)), self._record)
+        self.own = OwnTags(self.polling.demands, self.clients.publish)
         self._writes = Writes(
             site.writes_enabled,
             self.drives,
@@ -101,11 +103,17 @@ class Core:
             lambda drive, make, deadline: self._writes.start_quietly(drive, make, deadline, self._now),
         )
         self._reads = Reads(
-            self.polling, lambda drive: self.lines.up(drive) is False, self._read, self._selected.read
+            self.polling,
+            self.own,
+            lambda drive: self.lines.up(drive) is False,
+            self._read,
+            self._selected.read,
         )
         self._watchkeeper = Watchkeeper(self.drives, dict(site.rates), self.polling, self.clients)
         self._health = Wellbeing(site.lines, self.lines, self.clients, self._watchkeeper, self.alarms)
         self._last_record = 0
+        register(self.own, self.lines, self._health)
+        self.catalogue = catalogue_of(site, self.drives, self.own, version, generation=1)
 
     # -- the interface of the shell
 
@@ -120,7 +128,13 @@ class Core:
 
     def wake(self) -> float | None:
         """When a `Ticked` is next needed (monotonic)."""
-        times = [self.lines.wake(), self._writes.wake(), self._selected.wake(), self.polling.next_check()]
+        times = [
+            self.lines.wake(),
+            self._writes.wake(),
+            self._selected.wake(),
+            self.polling.next_check(),
+            self.own.wake(),
+        ]
         return min((time for time in times if time is not None), default=None)
 
     # -- events
@@ -134,6 +148,7 @@ class Core:
                 self._writes.tick(self._now)
                 self._selected.tick(self._now)
                 self.polling.check_ages(self._now)
+                self.own.tick(self._now)
             case PortOpened() | PortLost():
                 self._port(event)
             case Asked(session, request):
@@ -144,7 +159,7 @@ class Core:
             case Joined() | Left():
                 self._client(event)
             case Started():
-                self._health.started = self._now.wall
+                self._health.started = self._now
                 self._watchkeeper.start()
                 self._replan()
                 self.lines.start(self._now.mono)
@@ -207,14 +222,23 @@ class Core:
 
     def _watch(self, session: int, id: int, wants: Mapping[str, float | None]) -> None:
         demands = self.polling.demands
-        known = {tag: period for tag, period in wants.items() if period is None or self.polling.point(tag)}
+        known = {tag: period for tag, period in wants.items() if period is None or self._readable(tag)}
         new = [tag for tag, period in known.items() if period is not None and tag not in demands.of(session)]
         if demands.change(session, known):
             self._replan()
             self._settle()
-        periods = {tag: self.polling.period(tag) for tag in demands.of(session) if tag in known}
+        periods = {tag: self._period(tag) for tag in demands.of(session) if tag in known}
         self.clients.tell(session, Promised(id, {tag: p for tag, p in periods.items() if p is not None}))
-        self.clients.batch(session, [self.polling.first_sample(tag, self._now) for tag in new])
+        self.clients.batch(session, [self._first_sample(tag) for tag in new])
+
+    def _readable(self, tag: str) -> bool:
+        return self.own.knows(tag) or self.polling.point(tag) is not None
+
+    def _period(self, tag: str) -> float | None:
+        return self.own.period(tag) or self.polling.period(tag)
+
+    def _first_sample(self, tag: str) -> Sample:
+        return self.own.sample(tag, self._now) or self.polling.first_sample(tag, self._now)
 
     # -- what lines did
 
@@ -270,6 +294,7 @@ class Core:
     def _replan(self) -> None:
         """Tell every line what is wanted now."""
         self._selected.changed()
+        self.own.demanded(self._now.mono)
         for line in self.lines.names:
             self.lines.demand(line, self.polling.wants(line), self._now.mono)
 

@@ -13,10 +13,10 @@ from gateway.mapping.profile import Point
 
 
 def demand_for(tag: str, polling: Polling, lines: Lines, clients: Clients) -> Demand:
-    """The demands on a tag and its read; nothing for a tag that cannot be read."""
+    """The demands on a tag, and the read that brings it: none for the gateway's own."""
     found = polling.point(tag)
     if found is None:
-        return Demand()
+        return Demand(wanted=tuple(_wanted(tag, polling, clients)))
     drive, point = found
     blocks = () if point.select else lines.plan(drive.line).blocks
     reading = next(

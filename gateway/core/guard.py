@@ -17,7 +17,7 @@ from gateway.core.meaning import Meaning, is_fixed, meaning_of
 from gateway.core.store import Store
 from gateway.mapping.profile import Command, Encoding, Kind, Limits, Point
 from gateway.modbus.encoding import EncodingError, decode, encode, insert, to_words
-from gateway.tag import Cause, Origin, Outcome, Role, Value, ValueType, Verdict
+from gateway.tag import OWN, Cause, Origin, Outcome, Role, Value, ValueType, Verdict
 
 MESSAGE_LIMIT = 10**300
 
@@ -64,6 +64,8 @@ def check_point(drive: Drive, name: str) -> Point:
         Ended: if there is no such point, or it takes no single writes.
     """
     point = drive.profile.points.get(name)
+    if name.startswith(OWN):
+        raise refuse(Cause.NOT_WRITABLE, f"{name} is told by the gateway; nobody writes it")
     if point is None:
         raise refuse(Cause.UNKNOWN_TAG, f"{drive.name} has no point {name}")
     if point.by_command_only:

@@ -25,7 +25,7 @@ class Wellbeing:
         watchkeeper: Watchkeeper,
         alarms: Alarms,
     ) -> None:
-        self.started = 0
+        self.started = Instant(0.0, 0)
         self.journal = ""
         self._configs = configs
         self._lines = lines
@@ -42,10 +42,14 @@ class Wellbeing:
         """The port of a line is gone."""
         self._down[line] = reason
 
+    def uptime(self, now: float) -> float:
+        """Seconds since the core was started."""
+        return now - self.started.mono
+
     def report(self, now: Instant) -> Health:
         """The state of everything."""
         return Health(
-            started=self.started,
+            started=self.started.wall,
             lines=tuple(self._line(config, now.mono) for config in self._configs),
             drives=self._watchkeeper.up(),
             sessions=tuple(self._clients.names()),

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
 from gateway.core.drive import Drive, depends_on
+from gateway.core.own import OwnTags
 from gateway.core.polling import Polling
 from gateway.core.procedure import READ_AGAIN
 from gateway.line.interface import Answered, Read, Refused, Result, Silent, Unsent
@@ -23,12 +24,13 @@ Reply = Callable[[tuple[Sample, ...]], None]
 
 @dataclass(slots=True)
 class Pending:
-    """A request whose values are on their way; ``bad`` holds the samples of tags that failed."""
+    """A request whose values are on their way; ``told`` holds the samples of tags that failed, and of the
+    gateway's own."""
 
     tags: tuple[str, ...]
     reply: Reply
     jobs: set[int] = field(default_factory=set)
-    bad: dict[str, Sample] = field(default_factory=dict)
+    told: dict[str, Sample] = field(default_factory=dict)
     starting: bool = True
 
 
@@ -50,11 +52,13 @@ class Reads:
     def __init__(
         self,
         polling: Polling,
+        own: OwnTags,
         is_down: Callable[[Drive], bool],
         ask_line: AskLine,
         read_selected: ReadSelected,
     ) -> None:
         self._polling = polling
+        self._own = own
         self._is_down = is_down
         self._ask_line = ask_line
         self._read_selected = read_selected
@@ -68,14 +72,16 @@ class Reads:
         wanted: dict[str, tuple[Drive, list[Point]]] = {}
         for tag in dict.fromkeys(tags):
             found = self._polling.point(tag)
-            if found is None:
+            if (own := self._own.sample(tag, now)) is not None:
+                pending.told[tag] = own
+            elif found is None:
                 reason = "no such tag, or it cannot be read"
-                pending.bad[tag] = Sample(tag, None, Quality.CONFIGURATION, now.wall, 0.0, None, reason)
+                pending.told[tag] = Sample(tag, None, Quality.CONFIGURATION, now.wall, 0.0, None, reason)
             elif self._young(tag, max_age, now):
                 continue
             elif self._is_down(found[0]):
                 reason = f"{found[0].name} does not answer"
-                pending.bad[tag] = Sample(tag, None, Quality.NO_COMMUNICATION, now.wall, 0.0, None, reason)
+                pending.told[tag] = Sample(tag, None, Quality.NO_COMMUNICATION, now.wall, 0.0, None, reason)
             elif found[1].select:
                 self._ask_selected(pending, tag, now)
             else:
@@ -96,7 +102,7 @@ class Reads:
         if not isinstance(result, Answered):
             quality, reason = _quality(result)
             for tag in asked.tags:
-                asked.pending.bad[tag] = Sample(tag, None, quality, now.wall, 0.0, None, reason)
+                asked.pending.told[tag] = Sample(tag, None, quality, now.wall, 0.0, None, reason)
         self._answer_if_complete(asked.pending, now)
 
     def _young(self, tag: str, max_age: float, now: Instant) -> bool:
@@ -123,7 +129,7 @@ class Reads:
 
         def done(sample: Sample) -> None:
             if sample.quality is not Quality.GOOD:
-                pending.bad[tag] = sample
+                pending.told[tag] = sample
             pending.jobs.discard(turn)
             if not pending.starting:
                 self._answer_if_complete(pending, now)
@@ -133,7 +139,7 @@ class Reads:
     def _answer_if_complete(self, pending: Pending, now: Instant) -> None:
         if not pending.jobs:
             store = self._polling.store
-            pending.reply(tuple(pending.bad.get(tag) or store.sample(tag, now.wall) for tag in pending.tags))
+            pending.reply(tuple(pending.told.get(tag) or store.sample(tag, now.wall) for tag in pending.tags))
 
 
 def deciders(drive: Drive, points: Iterable[Point]) -> list[Point]:

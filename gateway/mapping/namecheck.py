@@ -9,14 +9,16 @@ from gateway.mapping.finding import Report
 from gateway.mapping.forms import FormError
 from gateway.mapping.naming import check_name
 from gateway.mapping.node import Path
+from gateway.mapping.own import OF_A_DRIVE, OF_A_LINE, OF_THE_GATEWAY
 from gateway.mapping.profile import Profile
 from gateway.mapping.site import DriveNames
+from gateway.tag import GATEWAY, own_name, tag_of
 
-GATEWAYS_OWN = "_gateway"
+GATEWAYS_OWN = GATEWAY
 """The topics below ``<site>/_gateway`` are the gateway's own."""
 BRANCHES = ("state", "data", "event", "meta", "status", "cmd", "ack")
 """What the topics of a drive branch into."""
-PARTS = ("ParameterSet", "MethodSet", "Identification")
+PARTS = ("ParameterSet", "MethodSet", "Identification", "Diagnostics")
 """What stands below a drive's node beside the groups of its profile."""
 
 
@@ -41,13 +43,13 @@ class Named:
             yield from ((member, key, getattr(names, key)) for key in ("node", "browse", "topic"))
 
 
-def check_names(drives: Iterable[Named], site: str, report: Report) -> None:
+def check_names(drives: Iterable[Named], site: str, lines: Iterable[str], report: Report) -> None:
     """Complain about names that are illegal or taken, at most once about each place of the file."""
     known = list(drives)
     once = _Once(report)
     for drive in known:
         _check_legal(drive, once)
-    _Nodes(once).check(known)
+    _Nodes(once, lines).check(known)
     for drive in known:
         _check_members(drive, once)
     _check_trees(known, site, once)
@@ -78,9 +80,11 @@ def _check_legal(drive: Named, once: _Once) -> None:
 class _Nodes:
     """All node ids of the site: they are one name space."""
 
-    def __init__(self, once: _Once) -> None:
+    def __init__(self, once: _Once, lines: Iterable[str]) -> None:
         self._once = once
-        self._taken: dict[str, str] = {}
+        owners = {own_name(line): OF_A_LINE for line in lines} | {GATEWAY: OF_THE_GATEWAY}
+        tags = [tag_of(owner, name) for owner, points in owners.items() for name in points]
+        self._taken = dict.fromkeys((*owners, *tags), "the gateway's own")
 
     def check(self, drives: Iterable[Named]) -> None:
         """Complain about nodes of drives, points and commands that are taken."""
@@ -88,6 +92,8 @@ class _Nodes:
             self._take(drive.names.node, drive.drive, drive.place("", "drive_node"))
             for part in (*PARTS, *drive.profile.groups):
                 self._taken.setdefault(f"{drive.names.node}/{part}", f"{drive.drive}/{part}")
+            for name in OF_A_DRIVE:
+                self._taken.setdefault(tag_of(drive.names.node, name), tag_of(drive.drive, name))
         for drive in drives:
             for member, names in drive.names.points.items():
                 self._take(names.node, f"{drive.drive}.{member}", drive.place(member, "node"))
@@ -102,7 +108,7 @@ class _Nodes:
 def _check_members(drive: Named, once: _Once) -> None:
     """Browse names and topics must differ within a drive."""
     for key, what in (("browse", "browse name"), ("topic", "topic")):
-        taken: dict[str, str] = {}
+        taken = {name: f"{drive.drive}.{name}" for name in OF_A_DRIVE}
         for member, names in drive.names.points.items():
             name = getattr(names, key)
             if name in taken:

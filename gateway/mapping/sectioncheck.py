@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from fnmatch import fnmatchcase
 
 from gateway.mapping.finding import Report
 from gateway.mapping.forms import FormError
 from gateway.mapping.node import Path
+from gateway.mapping.own import OF_A_DRIVE, OF_A_LINE, OF_THE_GATEWAY
 from gateway.mapping.sections import Mqtt, is_loopback
 from gateway.mapping.shape import nearest
 from gateway.mapping.site import Site
 from gateway.mapping.sitefile import RawSite, label
 from gateway.mapping.sites import broker_name
-from gateway.tag import split_tag, tag_of
+from gateway.tag import GATEWAY, means, own_name, split_tag, tag_of
 
 
 def check_sections(raw: RawSite, site: Site, report: Report) -> None:
@@ -93,7 +93,7 @@ def _check_rules(raw: RawSite, site: Site, report: Report) -> None:
     tags = list(_tags(site))
     points = sorted({split_tag(tag)[1] for tag in tags})
     for place, pattern in _patterns(raw):
-        if not any(matches(pattern, tag) for tag in tags):
+        if not any(means(pattern, tag) for tag in tags):
             match = nearest(pattern, points)
             remedy = match if match.startswith("did") else "correct the pattern"
             report.error(place, f"no point of any drive is named `{pattern}`", remedy)
@@ -108,9 +108,7 @@ def _patterns(raw: RawSite) -> Iterator[tuple[Path, str]]:
 
 def _tags(site: Site) -> Iterator[str]:
     for drive in site.drives:
-        yield from (tag_of(drive.name, name) for name in drive.profile.points)
-
-
-def matches(pattern: str, tag: str) -> bool:
-    """True when a publish rule's pattern means a tag: whole tags if it has a dot, else point names."""
-    return fnmatchcase(tag if "." in pattern else split_tag(tag)[1], pattern)
+        yield from (tag_of(drive.name, name) for name in (*drive.profile.points, *OF_A_DRIVE))
+    for line in site.lines:
+        yield from (tag_of(own_name(line.name), name) for name in OF_A_LINE)
+    yield from (tag_of(GATEWAY, name) for name in OF_THE_GATEWAY)

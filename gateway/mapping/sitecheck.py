@@ -15,6 +15,7 @@ from gateway.mapping.shape import nearest
 from gateway.mapping.site import DriveConfig, LineConfig, Site
 from gateway.mapping.sitefile import RawSite
 from gateway.mapping.values import in_words
+from gateway.tag import GATEWAY, own_name
 
 KEEP_RUNNING = "keep_running"
 """The name that profiles give to a comm-loss action that stops nothing."""
@@ -56,6 +57,9 @@ def _check_ports(raw: RawSite, report: Report) -> None:
     first: dict[str, str] = {}
     for name, line in raw.lines.items():
         check_label(name, ("lines", name), report)
+        if own_name(name) == GATEWAY:
+            message = f"tags of the gateway itself begin with `{GATEWAY}`, and those of this line would too"
+            report.error(("lines", name), message, "use another name", key=True)
         if line.port in first and line.port != "simulated:":
             report.error(
                 ("lines", name, "port"),

@@ -25,7 +25,7 @@ def with_names(raw: RawSite, site: Site, profiles: Mapping[str, Profile], report
     """
     namer = _Namer(raw, profiles, report)
     lines = tuple(replace(line, drives=tuple(map(namer.named, line.drives))) for line in site.lines)
-    check_names(namer.drives.values(), site.site, report)
+    check_names(namer.drives.values(), site.site, raw.lines, report)
     return replace(site, lines=lines)
 
 

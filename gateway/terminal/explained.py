@@ -50,7 +50,7 @@ class Explained:
     @property
     def node(self) -> str:
         """NodeId on the OPC UA server."""
-        return f"ns={INSTANCE};s={self.info.node or self.tag}"
+        return node_text(self.info.node or self.tag)
 
     def topic(self, kind: str) -> str:
         """An MQTT topic of it: ``state``, ``cmd``."""
@@ -66,6 +66,11 @@ class Explained:
     def takes_writes(self) -> bool:
         """A client may write it, or run it."""
         return isinstance(self.info, CommandInfo) or self.info.writable
+
+
+def node_text(name: str) -> str:
+    """A node of the site on the OPC UA server."""
+    return f"ns={INSTANCE};s={name}"
 
 
 def explained_object(found: Explained) -> dict[str, Any]:
@@ -127,7 +132,7 @@ def _point_facts(found: Explained, point: Point) -> Iterator[tuple[str, str]]:
         f"{point.access}, rate {point.rate}" + (f", written by {point.role}" if point.role else ""),
     )
     yield "read", _reading_text(found)
-    yield "wanted by", _wanted_text(found)
+    yield "wanted by", wanted_text(found.demand, found.running)
 
 
 def _reading_object(reading: Reading | None) -> dict[str, Any]:
@@ -150,7 +155,8 @@ def _reading_text(found: Explained) -> str:
     )
 
 
-def _wanted_text(found: Explained) -> str:
-    if not found.running:
+def wanted_text(demand: Demand, running: bool) -> str:
+    """Who wants a tag, and how often."""
+    if not running:
         return "nobody: no gateway is running"
-    return ", ".join(f"{who} every {period:g} s" for who, period in found.demand.wanted) or "nobody"
+    return ", ".join(f"{who} every {period:g} s" for who, period in demand.wanted) or "nobody"

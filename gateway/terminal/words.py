@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import difflib
-import fnmatch
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TypeVar
 
 from gateway.bridge.api import Catalogue, CommandInfo, DriveInfo, PointInfo
-from gateway.tag import Value, ValueType, tag_of
+from gateway.tag import Value, ValueType, matches, tag_of
 from gateway.terminal.errors import UsageError
 
 _T = TypeVar("_T")
@@ -19,13 +18,13 @@ MONITORED = ("status", "measurement", "fault")
 
 
 def points_by_tag(catalogue: Catalogue) -> dict[str, PointInfo]:
-    """Every point of every drive, by tag, in the order of the catalogue."""
-    return {tag_of(drive.name, point.name): point for drive in catalogue.drives for point in drive.points}
+    """Every point of every drive, of the lines and of the gateway, by tag, in the order of the catalogue."""
+    return {tag_of(owner.name, point.name): point for owner in catalogue.owners for point in owner.points}
 
 
 def select(catalogue: Catalogue, patterns: Iterable[str]) -> list[str]:
     """The readable tags that the patterns name (``fan-1.*``), each once; without patterns, everything
-    that is monitored.
+    that is monitored. The gateway's own names are named by an underscore only (``_north.*``, ``fan-1._*``).
 
     Raises:
         UsageError: if a pattern names nothing.
@@ -36,7 +35,7 @@ def select(catalogue: Catalogue, patterns: Iterable[str]) -> list[str]:
         return [tag for tag, point in points.items() if point.kind in MONITORED]
     found: dict[str, None] = {}
     for pattern in wanted:
-        hits = fnmatch.filter(points, pattern)
+        hits = [tag for tag in points if matches(pattern, tag)]
         if not hits:
             raise UsageError(f"no readable tag matches {pattern!r}{nearest(pattern, points)}")
         found.update(dict.fromkeys(hits))

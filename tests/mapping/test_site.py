@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from gateway.mapping.load import builtin_mappings, load_profile, load_site
-from gateway.mapping.sectioncheck import matches
 from gateway.mapping.site import Control, Site
+from gateway.tag import means
 from tests.mapping.texts import PLANT, TECO, small
 
 SITE = """\
@@ -240,10 +240,27 @@ def test_the_builtin_mappings_all_load() -> None:
 
 
 def test_patterns_of_publish_rules() -> None:
-    assert matches("output_*", "fan-1.output_current")
-    assert not matches("output_*", "fan-1.frequency_command")
-    assert matches("fan-?.running", "fan-1.running")
-    assert not matches("fan-2.*", "fan-1.running")
+    assert means("output_*", "fan-1.output_current")
+    assert not means("output_*", "fan-1.frequency_command")
+    assert means("fan-?.running", "fan-1.running")
+    assert not means("fan-2.*", "fan-1.running")
+
+
+def test_the_gateways_own_tags_are_meant_only_by_their_underscore() -> None:
+    """Safety I2: diagnostics go nowhere unless somebody asks for them by name."""
+    for pattern in ("*", "*.*", "fan-1.*", "?timeouts", "?north.*", "timeouts"):
+        assert not any(means(pattern, tag) for tag in ("fan-1._timeouts", "_north.timeouts"))
+    assert means("_timeouts", "fan-1._timeouts")
+    assert not means("_timeouts", "_north.timeouts")
+    assert means("*._*", "fan-1._timeouts")
+    assert means("_north.*", "_north.timeouts")
+
+
+def test_no_line_is_called_as_the_gateway(tmp_path: Path) -> None:
+    file = tmp_path / "site.yaml"
+    file.write_text(SITE.replace("north:", "gateway:"))
+    [found] = [f for f in load_site(file)[1] if "_gateway" in f.message]
+    assert found.line == 4
 
 
 def test_a_drive_that_keeps_running_is_told(tmp_path: Path) -> None:

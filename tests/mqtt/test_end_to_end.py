@@ -63,6 +63,19 @@ async def test_what_is_wanted_follows_from_the_rules(broker: BrokerProcess) -> N
         assert "fan-1.run_source" not in bridge.wants  # a parameter
 
 
+async def test_diagnostics_go_where_they_cannot_be_taken_for_a_drives(broker: BrokerProcess) -> None:
+    publish = [{"points": ["_north.*", "_timeouts"], "rate": 1.0}]
+    bridge = FakeBridge(section=section(broker.port, publish=publish))
+    async with Spy(broker.port, broker.version) as spy, adapter(bridge):
+        bridge.push(Sample("_north.utilisation", 97.5, Quality.GOOD, time.time_ns()))
+        state = await spy.until("plant7/_gateway/gw1/lines/north/state/utilisation", lambda d: d["v"])
+        assert (state.json["v"], state.json["u"]) == (97.5, "%")
+        bridge.push(Sample("fan-1._timeouts", 3, Quality.GOOD, time.time_ns()))
+        await spy.until("plant7/fan-1/state/_timeouts", lambda d: d["v"] == 3)
+        meta = await spy.until("plant7/fan-1/meta", lambda d: d["points"])
+        assert meta.json["points"]["_timeouts"]["published"] is True
+
+
 async def test_birth_comes_after_everything_retained(broker: BrokerProcess) -> None:
     bridge = FakeBridge(section=section(broker.port))
     async with Spy(broker.port, broker.version) as spy, adapter(bridge):

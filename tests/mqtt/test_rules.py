@@ -26,6 +26,15 @@ steps = st.lists(st.tuples(st.floats(0.01, 20), values), max_size=40)
 unhurried = settings(deadline=None)  # the machine may be busy
 
 
+def test_diagnostics_are_published_only_where_a_rule_names_them() -> None:
+    """Safety I2."""
+    catalogue = small_catalogue()
+    for publish in (None, [{"points": ["*", "*.*"], "rate": 1.0}]):
+        assert not any("_" in (tag[0], tag.partition(".")[2][0]) for tag in rules_for(publish, catalogue))
+    asked = rules_for([{"points": ["_timeouts", "_north.*"], "rate": 1.0}], catalogue)
+    assert set(asked) == {"fan-1._timeouts", "_north.utilisation"}
+
+
 def reading(value: float | bool | None, quality: Quality = Quality.GOOD) -> Sample:
     return Sample("d.n", value, quality, 1)
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import pytest
 from asyncua import Client, Node, ua
 
+from gateway.bridge.api import DIAGNOSTIC
+from gateway.tag import Quality, Sample
 from tests.opcua.support import Running, client_of, node
 
 pytestmark = pytest.mark.asyncio(loop_scope="session")
@@ -40,9 +42,30 @@ async def test_a_drive_has_the_parts_of_a_device(gateway: Running) -> None:
 
 async def test_all_points_are_in_the_parameter_set_and_in_their_group(gateway: Running) -> None:
     async with client_of(gateway) as client:
-        points = [point.name for point in gateway.bridge.catalogue.drives[0].points]
+        known = gateway.bridge.catalogue.drives[0].points
+        points = [point.name for point in known if point.kind != DIAGNOSTIC]
         assert await names(node(client, "fan-1/ParameterSet")) == points
         assert await names(node(client, "fan-1/group/sn")) == ["run_source"]
+
+
+async def test_what_the_gateway_tells_of_a_drive_is_among_its_diagnostics(gateway: Running) -> None:
+    async with client_of(gateway) as client:
+        assert await names(node(client, "fan-1/Diagnostics")) == ["_timeouts"]
+        gateway.bridge.samples["fan-1._timeouts"] = Sample("fan-1._timeouts", 7, Quality.GOOD, 10**18)
+        timeouts = node(client, "fan-1._timeouts")
+        assert await timeouts.read_value() == 7
+        assert await timeouts.get_access_level() == {ua.AccessLevel.CurrentRead}
+
+
+async def test_lines_are_shown_below_the_gateway(gateway: Running) -> None:
+    async with client_of(gateway) as client:
+        line = await client.nodes.objects.get_child(["3:Gateway", "3:Lines", "2:north"])
+        assert line.nodeid == ua.NodeId("_north", 2)
+        assert await names(line) == ["utilisation"]
+        gateway.bridge.samples["_north.utilisation"] = Sample(
+            "_north.utilisation", 97.5, Quality.GOOD, 10**18
+        )
+        assert await node(client, "_north.utilisation").read_value() == 97.5
 
 
 async def test_the_nameplate(gateway: Running) -> None:

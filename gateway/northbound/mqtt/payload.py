@@ -13,7 +13,15 @@ from typing import Any
 
 import msgspec
 
-from gateway.bridge.api import API_VERSION, ArgumentInfo, CommandInfo, DriveInfo, DriveState, PointInfo
+from gateway.bridge.api import (
+    API_VERSION,
+    DIAGNOSTIC,
+    ArgumentInfo,
+    CommandInfo,
+    DriveInfo,
+    DriveState,
+    PointInfo,
+)
 from gateway.tag import Cause, Event, Outcome, Quality, Sample, Severity, Value, split_tag
 
 _encode = msgspec.json.Encoder().encode
@@ -123,7 +131,8 @@ def outcome(id: str | int | None, result: Outcome, time: int, repeated: bool = F
 
 
 def meta(drive: DriveInfo, gateway: str, topics: Iterable[str]) -> bytes:
-    """What a drive offers. ``topics`` names the points that have a state topic."""
+    """What a drive offers. ``topics`` names the points that have a state topic; diagnostics are told only
+    where they have one."""
     published = set(topics)
     about = _present(
         gateway=gateway,
@@ -134,7 +143,8 @@ def meta(drive: DriveInfo, gateway: str, topics: Iterable[str]) -> bytes:
         line=drive.line,
         unit=drive.unit,
     )
-    points = {point.name: _point(point, point.name in published) for point in drive.points}
+    offered = [point for point in drive.points if point.kind != DIAGNOSTIC or point.name in published]
+    points = {point.name: _point(point, point.name in published) for point in offered}
     return _encode(about | {"points": points, "commands": {c.name: _command(c) for c in drive.commands}})
 
 

@@ -91,5 +91,5 @@ class Publisher:
 
 def _published_points(catalogue: Catalogue, rules: Iterable[str]) -> dict[str, PointInfo]:
     wanted = set(rules)
-    known = {tag_of(drive.name, point.name): point for drive in catalogue.drives for point in drive.points}
+    known = {tag_of(owner.name, point.name): point for owner in catalogue.owners for point in owner.points}
     return {tag: point for tag, point in known.items() if tag in wanted}

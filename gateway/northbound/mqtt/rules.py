@@ -8,14 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from fnmatch import fnmatchcase
 from typing import Any
 
-from gateway.bridge.api import Catalogue, PointInfo
-from gateway.tag import Quality, Sample, Value, ValueType, tag_of
+from gateway.bridge.api import DIAGNOSTIC, Catalogue, PointInfo
+from gateway.tag import Quality, Sample, Value, ValueType, means, tag_of
 
-NOT_BY_DEFAULT = "parameter"
-"""The kind of points that are published only where a rule names them."""
+NOT_BY_DEFAULT = ("parameter", DIAGNOSTIC)
+"""The kinds of points that are published only where a rule names them (safety.md I2)."""
 
 EARLY = 0.25
 """Share of its period by which a reading may come early and still count as due: reading times jitter."""
@@ -37,36 +36,31 @@ class Rule:
 
 def rules_for(publish: Sequence[Mapping[str, Any]] | None, catalogue: Catalogue) -> dict[str, Rule]:
     """The rule of each published tag. The first entry of ``publish`` that matches a tag counts; without
-    ``publish``, everything but parameters at the rate of its class."""
+    ``publish``, everything but parameters and diagnostics at the rate of its class."""
     rules = {}
     for tag, point in _readable(catalogue):
-        rule = _default(point, catalogue) if publish is None else _first_match(publish, tag, point)
+        rule = _default(point, catalogue) if publish is None else _first_match(publish, tag)
         if rule is not None:
             rules[tag] = rule
     return rules
 
 
 def _readable(catalogue: Catalogue) -> Iterator[tuple[str, PointInfo]]:
-    for drive in catalogue.drives:
-        for point in drive.points:
+    for owner in catalogue.owners:
+        for point in owner.points:
             if point.readable:
-                yield tag_of(drive.name, point.name), point
+                yield tag_of(owner.name, point.name), point
 
 
 def _default(point: PointInfo, catalogue: Catalogue) -> Rule | None:
-    return None if point.kind == NOT_BY_DEFAULT else Rule(catalogue.rates[point.rate])
+    return None if point.kind in NOT_BY_DEFAULT else Rule(catalogue.rates[point.rate])
 
 
-def _first_match(publish: Sequence[Mapping[str, Any]], tag: str, point: PointInfo) -> Rule | None:
+def _first_match(publish: Sequence[Mapping[str, Any]], tag: str) -> Rule | None:
     for entry in publish:
-        if any(_matches(pattern, tag, point) for pattern in entry["points"]):
+        if any(means(pattern, tag) for pattern in entry["points"]):
             return Rule(entry["rate"], entry.get("deadband") or 0.0, entry.get("max_silence"))
     return None
-
-
-def _matches(pattern: str, tag: str, point: PointInfo) -> bool:
-    """A pattern with a dot is for whole tags, one without for the points of every drive."""
-    return fnmatchcase(tag if "." in pattern else point.name, pattern)
 
 
 @dataclass(slots=True)

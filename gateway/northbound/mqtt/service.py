@@ -51,7 +51,8 @@ class Generation:
     def __init__(self, bridge: Bridge, outbox: Outbox) -> None:
         catalogue = bridge.catalogue
         settings = settings_of(bridge.section)
-        topics = Topics(catalogue.site, catalogue.gateway, catalogue.drives)
+        others = (*catalogue.lines, *catalogue.own)
+        topics = Topics(catalogue.site, catalogue.gateway, catalogue.drives, others)
         self._bridge = bridge
         self._outbox = outbox
         self._topics = topics

@@ -11,6 +11,8 @@
     <drive>/ack/<point or command>   the answer
     <site>/_gateway/<gateway>/status   retained: birth and will
     <site>/_gateway/<gateway>/event
+    <site>/_gateway/<gateway>/state/<point>, data                what the gateway tells of itself
+    <site>/_gateway/<gateway>/lines/<line>/state/<point>, data   and of a line, where a rule asks for it
 
 ``<drive>`` is what the site calls the drive's tree, ``<site>/<drive name>`` if it calls it nothing;
 ``<point>`` likewise the point's own name. Both may have several levels.
@@ -21,7 +23,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from gateway.bridge.api import CommandInfo, DriveInfo, PointInfo
+from gateway.bridge.api import CommandInfo, DriveInfo, OwnerInfo, PointInfo
 from gateway.northbound.mqtt.levels import TopicError, check_level, check_levels, is_below
 
 RESERVED = "_gateway"
@@ -46,11 +48,14 @@ class Topics:
         TopicError: if a name cannot stand in a topic, or two things would have the same one.
     """
 
-    def __init__(self, site: str, gateway: str, drives: Iterable[DriveInfo] = ()) -> None:
+    def __init__(
+        self, site: str, gateway: str, drives: Iterable[DriveInfo] = (), others: Iterable[OwnerInfo] = ()
+    ) -> None:
         self._site = check_level(site)
         self._own = f"{site}/{RESERVED}/{check_level(gateway)}"
         _check_first(site)
         self._trees: dict[str, str] = {}
+        self._own_trees = {other.name: other.topic for other in others}
         self._places: dict[tuple[str, str], str] = {}
         self._targets: dict[str, Target] = {}
         for drive in drives:
@@ -59,15 +64,17 @@ class Topics:
 
     def state(self, drive: str, point: str) -> str:
         """Present value of a point."""
+        if drive in self._own_trees:
+            return f"{self._own_trees[drive]}/state/{point}"
         return f"{self._trees[drive]}/state/{self._places[drive, point]}"
 
     def data(self, drive: str) -> str:
         """Values of a drive that were read together."""
-        return f"{self._trees[drive]}/data"
+        return f"{self._trees.get(drive) or self._own_trees[drive]}/data"
 
     def event(self, drive: str) -> str:
         """Events of a drive; of the gateway itself for any other name."""
-        return f"{self._trees.get(drive, self._own)}/event"
+        return f"{self._trees.get(drive) or self._own_trees.get(drive, self._own)}/event"
 
     def meta(self, drive: str) -> str:
         """What a drive offers."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from asyncua import ua
 
-from gateway.bridge.api import CommandInfo, DriveInfo, PointInfo
+from gateway.bridge.api import CommandInfo, OwnerInfo, PointInfo
 from gateway.northbound.opcua.plain import node_id
 from gateway.tag import tag_of
 
@@ -30,12 +30,12 @@ def application_uri(site: str, gateway: str) -> str:
     return f"urn:gateway:{site}:{gateway}"
 
 
-def drive_node(drive: DriveInfo) -> ua.NodeId:
-    """NodeId of a drive: what the site calls it, else its name."""
+def drive_node(drive: OwnerInfo) -> ua.NodeId:
+    """NodeId of a drive or line: what the site calls it, else its name."""
     return node_id(drive.node or drive.name, INSTANCE)
 
 
-def member_node(drive: DriveInfo, member: PointInfo | CommandInfo) -> ua.NodeId:
+def member_node(drive: OwnerInfo, member: PointInfo | CommandInfo) -> ua.NodeId:
     """NodeId of a point or command: what the site calls it, else ``<drive>.<point>``."""
     return node_id(member.node or tag_of(drive.name, member.name), INSTANCE)
 
@@ -45,8 +45,8 @@ def part_of(owner: ua.NodeId, part: str) -> ua.NodeId:
     return node_id(f"{owner.Identifier!s}/{part}", owner.NamespaceIndex)
 
 
-def own(named: DriveInfo | PointInfo | CommandInfo) -> ua.QualifiedName:
-    """Browse name of a drive, point or command."""
+def own(named: OwnerInfo | PointInfo | CommandInfo) -> ua.QualifiedName:
+    """Browse name of a drive, line, point or command."""
     return ua.QualifiedName(named.browse or named.name, INSTANCE)
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from asyncua import ua
 
-from gateway.bridge.api import DriveInfo, PointInfo
+from gateway.bridge.api import OwnerInfo, PointInfo
 from gateway.northbound.opcua.model import Model, TagNode, variant_type
 from gateway.northbound.opcua.names import member_node, own, part_of, standard
 from gateway.northbound.opcua.nodes import READ, WRITE, NodeBuilder, Shape
@@ -18,7 +18,7 @@ from gateway.tag import ValueType, tag_of
 
 
 def add_point(
-    nodes: NodeBuilder, model: Model, drive: DriveInfo, parent: ua.NodeId, point: PointInfo, *, writes: bool
+    nodes: NodeBuilder, model: Model, drive: OwnerInfo, parent: ua.NodeId, point: PointInfo, *, writes: bool
 ) -> ua.NodeId:
     """Add the variable of a point, with its properties; ``writes``: the site lets anything be written."""
     tag = tag_of(drive.name, point.name)

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from asyncua import ua
 from asyncua.server.address_space import AddressSpace
 
-from gateway.bridge.api import Catalogue, DriveInfo
+from gateway.bridge.api import DIAGNOSTIC, Catalogue, DriveInfo, OwnerInfo
 from gateway.northbound.opcua.commands import add_command
 from gateway.northbound.opcua.model import Model
 from gateway.northbound.opcua.names import (
@@ -35,7 +35,7 @@ def build_space(space: AddressSpace, catalogue: Catalogue) -> Model:
     """Put all drives of the catalogue into the address space; returns what stands behind the nodes."""
     nodes, model = NodeBuilder(space), Model()
     _add_types(nodes)
-    _add_gateway(nodes, catalogue)
+    _add_gateway(nodes, model, catalogue)
     nodes.object(DEVICE_SET, structural("DeviceSet"), _OBJECTS, description="The drives of this gateway.")
     for drive in catalogue.drives:
         _add_drive(nodes, model, drive, writes=catalogue.writes_enabled)
@@ -57,7 +57,7 @@ def _add_types(nodes: NodeBuilder) -> None:
     )
 
 
-def _add_gateway(nodes: NodeBuilder, catalogue: Catalogue) -> None:
+def _add_gateway(nodes: NodeBuilder, model: Model, catalogue: Catalogue) -> None:
     nodes.object(GATEWAY, structural("Gateway"), _OBJECTS, description="This gateway.")
     facts = {
         "Site": catalogue.site,
@@ -69,6 +69,20 @@ def _add_gateway(nodes: NodeBuilder, catalogue: Catalogue) -> None:
     generation = part_of(GATEWAY, "ConfigurationGeneration")
     name = structural("ConfigurationGeneration")
     nodes.property(generation, name, GATEWAY, catalogue.generation, ua.VariantType.UInt32)
+    for gateway in catalogue.own:
+        _add_own_points(nodes, model, GATEWAY, gateway)
+    lines = part_of(GATEWAY, "Lines")
+    nodes.object(lines, structural("Lines"), GATEWAY, description="How the lines are doing.")
+    for line in catalogue.lines:
+        nodes.object(drive_node(line), own(line), lines, description=f"{line.title}.")
+        _add_own_points(nodes, model, drive_node(line), line)
+
+
+def _add_own_points(nodes: NodeBuilder, model: Model, parent: ua.NodeId, owner: OwnerInfo) -> None:
+    """What the gateway itself tells of a drive, a line or itself: no register stands behind it."""
+    for point in owner.points:
+        if point.kind == DIAGNOSTIC:
+            add_point(nodes, model, owner, parent, point, writes=False)
 
 
 def _add_drive(nodes: NodeBuilder, model: Model, drive: DriveInfo, *, writes: bool) -> None:
@@ -114,13 +128,16 @@ def _add_parameters(
     parameters = part_of(node, "ParameterSet")
     nodes.object(parameters, structural("ParameterSet"), node, description="All values of the drive.")
     groups: dict[str, list[ua.NodeId]] = {}
-    for point in drive.points:
+    for point in (point for point in drive.points if point.kind != DIAGNOSTIC):
         variable = add_point(nodes, model, drive, parameters, point, writes=writes)
         groups.setdefault(point.group, []).append(variable)
     for name, members in groups.items():
         group = part_of(node, f"group/{name}")
         _add_group(nodes, node, group, name, "")
         nodes.link(group, ORGANIZES, members)
+    diagnostics = part_of(node, "Diagnostics")
+    _add_group(nodes, node, diagnostics, "Diagnostics", "How the gateway gets on with the drive.")
+    _add_own_points(nodes, model, diagnostics, drive)
 
 
 def _add_group(nodes: NodeBuilder, drive: ua.NodeId, group: ua.NodeId, name: str, description: str) -> None:

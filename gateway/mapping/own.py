@@ -1,0 +1,55 @@
+"""The points that are in no profile: what the gateway tells of itself, its lines, its dealings with drives.
+
+Their names cannot be those of points in profiles: they begin with an underscore, or belong to an owner whose
+name does (see `gateway.tag`). Here is what they are; `gateway.core` knows their values.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+from gateway.tag import ValueType
+
+
+@dataclass(frozen=True, slots=True)
+class OwnPoint:
+    """One datum that the gateway found out by itself. ``values`` names the numbers of an enumeration."""
+
+    name: str
+    help: str
+    type: ValueType = ValueType.INTEGER
+    unit: str | None = None
+    group: str = "diagnostics"
+    values: Mapping[int, str] = field(default_factory=lambda: MappingProxyType({}))
+
+
+def _named(points: Iterable[OwnPoint]) -> Mapping[str, OwnPoint]:
+    return MappingProxyType({point.name: point for point in points})
+
+
+_NUMBER, _TEXT = ValueType.NUMBER, ValueType.TEXT
+
+OF_A_DRIVE: Mapping[str, OwnPoint] = _named(())
+"""What the gateway adds to each drive."""
+
+OF_A_LINE: Mapping[str, OwnPoint] = _named(
+    (
+        OwnPoint("utilisation", "Share of the last ten seconds that the wire was in use", _NUMBER, "%"),
+        OwnPoint("requests", "Requests sent since start"),
+        OwnPoint("answered", "Normal replies since start"),
+        OwnPoint("refused", "Exception replies since start"),
+        OwnPoint("timeouts", "Requests without any reply since start"),
+        OwnPoint("damaged", "Requests to which only damaged or foreign bytes came back, since start"),
+    )
+)
+"""What each line has."""
+
+OF_THE_GATEWAY: Mapping[str, OwnPoint] = _named(
+    (
+        OwnPoint("uptime", "Seconds since the core was started", _NUMBER, "s"),
+        OwnPoint("journal", "Why the journal cannot be written; empty when it can", _TEXT),
+    )
+)
+"""What the gateway itself has."""

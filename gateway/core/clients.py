@@ -70,7 +70,7 @@ class Clients:
         """Send each client those of the samples that it watches, as one batch."""
         by_session: dict[int, list[Sample]] = {}
         for sample in samples:
-            for session in self._demands.watchers(sample.tag):
+            for session in self._demands.sessions(sample.tag):
                 by_session.setdefault(session, []).append(sample)
         for session, wanted in by_session.items():
             self.batch(session, wanted)

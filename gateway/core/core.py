@@ -7,7 +7,7 @@ carries out its actions, a simulation can do the same under a virtual clock.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 from gateway.bridge.api import Happened
@@ -160,8 +160,7 @@ class Core:
                 self._client(event)
             case Started():
                 self._health.started = self._now
-                self._watchkeeper.start()
-                self._replan()
+                self._replan(self._watchkeeper.start())
                 self.lines.start(self._now.mono)
             case Stopping():
                 self._writes.stop(self._now)
@@ -190,8 +189,7 @@ class Core:
                 self.clients.tell(event.session, state)
         else:
             self.clients.leave(event.session)
-            if self.polling.demands.leave(event.session):
-                self._replan()
+            self._replan(self.polling.demands.leave(event.session))
 
     def _asked(self, session: int, request: Call) -> None:
         match request:
@@ -224,10 +222,9 @@ class Core:
         demands = self.polling.demands
         known = {tag: period for tag, period in wants.items() if period is None or self._readable(tag)}
         new = [tag for tag, period in known.items() if period is not None and tag not in demands.of(session)]
-        if demands.change(session, known):
-            self._replan()
-            self._settle()
-        periods = {tag: self._period(tag) for tag in demands.of(session) if tag in known}
+        self._replan(demands.change(session, known))
+        self._settle()
+        periods = {tag: self._period(tag) for tag in known if tag in demands.of(session)}
         self.clients.tell(session, Promised(id, {tag: p for tag, p in periods.items() if p is not None}))
         self.clients.batch(session, [self._first_sample(tag) for tag in new])
 
@@ -291,11 +288,11 @@ class Core:
 
     # -- services to the parts
 
-    def _replan(self) -> None:
-        """Tell every line what is wanted now."""
-        self._selected.changed()
+    def _replan(self, tags: Collection[str]) -> None:
+        """The demands on these tags changed: tell their lines what is wanted now."""
+        self._selected.changed(tags)
         self.own.demanded(self._now.mono)
-        for line in self.lines.names:
+        for line in self.polling.lines_of(tags):
             self.lines.demand(line, self.polling.wants(line), self._now.mono)
 
     def _record(self, entry: dict[str, Any]) -> int:

@@ -12,7 +12,7 @@ from gateway.core.demands import Demands
 from gateway.core.drive import Drive, depends_on, is_polled
 from gateway.core.meaning import Meaningless, meaning_of
 from gateway.core.store import STALE_PERIODS, Store
-from gateway.line.interface import BlockFailed, BlockRead, Plan, Refused, Want
+from gateway.line.interface import Block, BlockFailed, BlockRead, Plan, Refused, Want
 from gateway.mapping.profile import Point
 from gateway.modbus.encoding import decode
 from gateway.tag import Instant, Quality, Sample, split_tag
@@ -46,21 +46,34 @@ class Polling:
         return (drive, point) if drive is not None and point is not None and is_polled(point) else None
 
     def wants(self, line: str) -> list[Want]:
-        """What a line has to read for the present demands."""
+        """What a line has to read for the present demands. Points that share registers are one want."""
+        periods: dict[tuple[int, int, int], float] = {}
+        for drive in self._drives_on(line):
+            for tag, wanted in self.demands.tags_of(drive.name):
+                for point, period in self._with_deciders(tag, wanted):
+                    if not point.select:
+                        registers = drive.unit, point.address, point.words
+                        periods[registers] = min(period, periods.get(registers, period))
         return [
-            Want(drive.unit, point.address, point.words, max(period, FASTEST), self._rank(period))
-            for tag, period in self.demands.tags()
-            for drive, point, period in self._with_deciders(tag, period)
-            if drive.line == line and not point.select
+            Want(unit, address, count, max(period, FASTEST), self._rank(period))
+            for (unit, address, count), period in periods.items()
         ]
 
-    def _with_deciders(self, tag: str, period: float) -> Iterator[tuple[Drive, Point, float]]:
+    def lines_of(self, tags: Iterable[str]) -> list[str]:
+        """The lines on which these tags are, each once."""
+        found = (self.point(tag) for tag in tags)
+        return list(dict.fromkeys(one[0].line for one in found if one is not None))
+
+    def _drives_on(self, line: str) -> Iterator[Drive]:
+        return (drive for drive in self._drives.values() if drive.line == line)
+
+    def _with_deciders(self, tag: str, period: float) -> Iterator[tuple[Point, float]]:
         """A wanted point, and the points that decide what it means: as often, but no more than normal."""
         found = self.point(tag)
         if found is None:
             return
         drive, point = found
-        yield drive, point, period
+        yield point, period
         for name in depends_on(point):
             if name not in drive.config.settings:
                 yield from self._with_deciders(drive.tag(name), max(period, self._rates["normal"]))
@@ -74,15 +87,14 @@ class Polling:
     def plan_changed(self, line: str, plan: Plan) -> dict[str, float]:
         """Take over a line's new plan; the periods that changed, by tag."""
         changed = {}
-        for tag, _ in self.demands.tags():
-            found = self.point(tag)
-            if found is None or found[0].line != line:
-                continue
-            drive, point = found
-            promise = _promise(plan, drive.unit, point)
-            if promise is not None and self._promised.get(tag) != promise:
-                self._promised[tag] = promise
-                changed[tag] = promise[0]
+        for drive in self._drives_on(line):
+            blocks = [block for block in plan.blocks if block.unit == drive.unit]
+            for tag, _ in self.demands.tags_of(drive.name):
+                found = self.point(tag)
+                promise = None if found is None else _promise(blocks, found[1])
+                if promise is not None and self._promised.get(tag) != promise:
+                    self._promised[tag] = promise
+                    changed[tag] = promise[0]
         return changed
 
     def promise(self, tag: str, period: float, age: float) -> None:
@@ -192,14 +204,12 @@ class Polling:
         return self._next_check
 
 
-def _promise(plan: Plan, unit: int, point: Point) -> tuple[float, float] | None:
-    """Period and worst-case age that a plan holds for a point."""
+def _promise(blocks: Iterable[Block], point: Point) -> tuple[float, float] | None:
+    """Period and worst-case age that the blocks of a drive hold for a point."""
     covering = [
         (block.period, block.worst_age)
-        for block in plan.blocks
-        if block.unit == unit
-        and block.address <= point.address
-        and point.address + point.words <= block.address + block.count
+        for block in blocks
+        if block.address <= point.address and point.address + point.words <= block.address + block.count
     ]
     return min(covering, default=None)
 

@@ -7,7 +7,7 @@ and in the end the same outcome for the client, for its duplicates and for the j
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -55,7 +55,7 @@ class Writes:
     Args:
         enabled: the site's ``writes.enabled``; nothing is written without it.
         record: appends to the journal and returns the entry's number.
-        replan: tells the lines that demands changed.
+        replan: tells the lines that the demands on these tags changed.
     """
 
     def __init__(
@@ -66,7 +66,7 @@ class Writes:
         clients: Clients,
         lines: Lines,
         record: Callable[[dict[str, Any]], int],
-        replan: Callable[[], None],
+        replan: Callable[[Collection[str]], None],
     ) -> None:
         self._enabled = enabled
         self._drives = {drive.name: drive for drive in drives}
@@ -302,5 +302,6 @@ class Writes:
 
     def watch_for(self, name: str, tags: dict[str, float | None]) -> None:
         """Change the demands of one of the core's own watchers (`Services`)."""
-        if self._polling.demands.change(name, tags):
-            self._replan()
+        changed = self._polling.demands.change(name, tags)
+        if changed:
+            self._replan(changed)

@@ -7,7 +7,7 @@ written at all.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from gateway.core.drive import Drive
@@ -51,13 +51,16 @@ class SelectedReads:
         self._turns: dict[str, Turn] = {}
         self._now = Instant(0.0, 0)
 
-    def changed(self) -> None:
-        """Demands changed: take up new tags and drop old ones."""
-        wanted = {tag: period for tag, period in self._polling.demands.tags() if self._selected(tag)}
-        self._turns = {tag: self._turns.get(tag, Turn()) for tag in wanted}
-        for tag, period in wanted.items():
-            held = max(period, SHORTEST)
-            self._polling.promise(tag, held, 2 * held)
+    def changed(self, tags: Iterable[str]) -> None:
+        """The demands on these tags changed: take up new ones and drop old ones."""
+        for tag in filter(self._selected, tags):
+            period = self._polling.demands.period(tag)
+            if period is None:
+                self._turns.pop(tag, None)
+            else:
+                self._turns.setdefault(tag, Turn())
+                held = max(period, SHORTEST)
+                self._polling.promise(tag, held, 2 * held)
 
     def wake(self) -> float | None:
         """When `tick` is next needed (monotonic)."""

@@ -32,14 +32,16 @@ class Watchkeeper:
         self._states: dict[str, DriveState] = {}
         self._faults: dict[str, Value] = {}
 
-    def start(self) -> None:
-        """Want one status point of each drive, often enough to feed the drive's own watchdog."""
+    def start(self) -> list[str]:
+        """Want one status point of each drive, often enough to feed the drive's own watchdog; the tags."""
+        wanted: list[str] = []
         for drive in self._drives:
             address, count = drive.facts.probe
             points = drive.points_in(address, count)
             after = drive.profile.serial.comm_loss.after
             period = min(self._rates["normal"], after * FEED_SHARE if after else self._rates["normal"])
-            self._polling.demands.change(OWN, {drive.tag(points[0].name): period})
+            wanted += self._polling.demands.change(OWN, {drive.tag(points[0].name): period})
+        return wanted
 
     def states(self) -> Iterator[DriveState]:
         """The state of every drive of which something is known."""

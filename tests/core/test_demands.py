@@ -14,13 +14,13 @@ def test_the_shortest_period_counts_and_its_end_gives_way_to_the_next() -> None:
     assert demands.period("a") == 0.2
     assert demands.leave(2)
     assert demands.period("a") == 1.0
-    assert set(demands.watchers("a")) == {1, 3}
+    assert set(demands.sessions("a")) == {1, 3}
 
 
 def test_the_cores_own_wants_are_nobody_to_tell() -> None:
     demands = Demands()
     demands.change("core", {"a": 1.0})
-    assert list(demands.watchers("a")) == []
+    assert demands.sessions("a") == ()
     assert dict(demands.tags()) == {"a": 1.0}
 
 
@@ -50,8 +50,9 @@ def test_demands_are_exactly_what_the_clients_last_said(
                 mine.pop(tag, None)
                 if period is not None:
                     mine[tag] = period
-        assert changed == any(demands.period(tag) != before[tag] for tag in "abc")
+        assert set(changed) == {tag for tag in "abc" if demands.period(tag) != before[tag]}
     for tag in "abc":
         assert demands.period(tag) == min((m[tag] for m in model.values() if tag in m), default=None)
-        assert set(demands.watchers(tag)) == {client for client, m in model.items() if tag in m}
+        assert set(demands.sessions(tag)) == {client for client, m in model.items() if tag in m}
+    assert dict(demands.tags_of("a")) == {tag: period for tag, period in demands.tags() if tag == "a"}
     assert set(dict(demands.tags())) == {tag for m in model.values() for tag in m}

@@ -257,7 +257,7 @@ class Core:
             case line_does.JobDone(id, result, at):
                 self._job_done(line, id, result, at)
             case line_does.PlanChanged():
-                self._watchkeeper.plan_changed(line, self.lines.plan(line))
+                self._watchkeeper.plan_changed(line, self.lines.plan(line), self._now)
             case _:
                 self._unit_did(self.lines.drive(line, action.unit), action)
 

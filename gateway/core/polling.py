@@ -8,19 +8,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
+from gateway.core.ages import Ages, Group
 from gateway.core.demands import Demands
 from gateway.core.drive import Drive, depends_on, is_polled
-from gateway.core.meaning import Meaningless, meaning_of
+from gateway.core.readout import Reading, Readout, reading_of
 from gateway.core.store import STALE_PERIODS, Store
 from gateway.line.interface import Block, BlockFailed, BlockRead, Plan, Refused, Want
 from gateway.mapping.profile import Point
-from gateway.modbus.encoding import decode
 from gateway.tag import Instant, Quality, Sample, split_tag
 
 FASTEST = 0.01
 """Seconds; nobody gets a shorter period, whatever he asks."""
 
 AGE_CHECK_SECONDS = 0.1
+
+_NOTHING = (0.0, 0.0)
 
 
 class Polling:
@@ -35,7 +37,11 @@ class Polling:
         self._drives = {drive.name: drive for drive in drives}
         self._rates = rates
         self._publish = publish
+        self._readouts = {drive.name: Readout(drive, self.store) for drive in drives}
+        self._ages = Ages()
         self._promised: dict[str, tuple[float, float]] = {}
+        self._apart: dict[str, None] = {}
+        """Tags that are read outside the plan."""
         self._next_check = 0.0
 
     def point(self, tag: str) -> tuple[Drive, Point] | None:
@@ -84,22 +90,38 @@ class Polling:
             return 0
         return 1 if period <= self._rates["normal"] else 2
 
-    def plan_changed(self, line: str, plan: Plan) -> dict[str, float]:
+    def plan_changed(self, line: str, plan: Plan, now: float) -> dict[str, float]:
         """Take over a line's new plan; the periods that changed, by tag."""
-        changed = {}
+        changed: dict[str, float] = {}
         for drive in self._drives_on(line):
             blocks = [block for block in plan.blocks if block.unit == drive.unit]
+            groups: dict[tuple[int, int], Group] = {}
             for tag, _ in self.demands.tags_of(drive.name):
                 found = self.point(tag)
-                promise = None if found is None else _promise(blocks, found[1])
-                if promise is not None and self._promised.get(tag) != promise:
-                    self._promised[tag] = promise
-                    changed[tag] = promise[0]
+                block = None if found is None else _bringing(blocks, found[1])
+                if block is not None:
+                    self._join(groups, block, tag, now)
+                    changed.update(self._new_promise(tag, block.period, block.worst_age))
+            self._ages.plan(drive.name, groups)
         return changed
+
+    def _join(self, groups: dict[tuple[int, int], Group], block: Block, tag: str, now: float) -> None:
+        held = self.store.get(tag)
+        group = groups.setdefault((block.address, block.count), Group(block.period, now))
+        group.at = min(group.at, now if held is None else held.at)
+        group.tags.append(tag)
+
+    def _new_promise(self, tag: str, period: float, age: float) -> dict[str, float]:
+        """The tag and its period if that is new."""
+        if self._promised.get(tag) == (period, age):
+            return {}
+        self._promised[tag] = (period, age)
+        return {tag: period}
 
     def promise(self, tag: str, period: float, age: float) -> None:
         """Promise a period and an age (seconds) for a tag that is read outside the plan."""
         self._promised[tag] = (period, age)
+        self._apart[tag] = None
 
     def tell(self, sample: Sample, at: float) -> None:
         """Keep and publish a sample that came from elsewhere, unless it says what is known already."""
@@ -116,32 +138,27 @@ class Polling:
     def read(self, drive: Drive, block: BlockRead, now: Instant) -> None:
         """Registers were read: decode the points in them, those that others lean on first."""
         time = wall_of(block.at, now)
-        samples = []
-        for point in drive.points_in(block.address, len(block.words)):
-            start = point.address - block.address
-            sample = self._sample(drive, point, block.words[start : start + point.words], time)
+        count = len(block.words)
+        readout, samples = self._readouts[drive.name], []
+        for slot in readout.slots(block.address, count):
+            reading = readout.reading(slot, block.words[slot.start : slot.end])
+            sample = self._sample(slot.tag, reading, time)
             self.store.put(sample, block.at)
             samples.append(sample)
+        self._ages.came(drive.name, block.address, count, block.at)
         self._publish(samples)
 
     def take(self, drive: Drive, point: Point, words: Sequence[int], at: float, now: Instant) -> Sample:
         """One point's registers were read by themselves."""
-        sample = self._sample(drive, point, words, wall_of(at, now))
+        reading = reading_of(drive, self.store, point, words)
+        sample = self._sample(drive.tag(point.name), reading, wall_of(at, now))
         self.store.put(sample, at)
         self._publish([sample])
         return sample
 
-    def _sample(self, drive: Drive, point: Point, words: Sequence[int], time: int) -> Sample:
-        tag = drive.tag(point.name)
-        age = self._promised.get(tag, (0.0, 0.0))[1]
-        meaning = meaning_of(drive, self.store, point)
-        if isinstance(meaning, Meaningless):
-            return Sample(tag, None, meaning.quality, time, age, None, meaning.reason)
-        decoded = decode(meaning.encoding, words, meaning.times)
-        if decoded.special is not None or decoded.value is None:
-            reason = decoded.special or "cannot be decoded"
-            return Sample(tag, None, Quality.INVALID, time, age, decoded.special, reason)
-        return Sample(tag, decoded.value, Quality.GOOD, time, age, decoded.text)
+    def _sample(self, tag: str, reading: Reading, time: int) -> Sample:
+        value, quality, text, reason = reading
+        return Sample(tag, value, quality, time, self._promised.get(tag, _NOTHING)[1], text, reason)
 
     def failed(self, drive: Drive, block: BlockFailed, now: Instant) -> None:
         """A planned read failed. A refusal says something about the points, one silence does not."""
@@ -191,7 +208,7 @@ class Polling:
             return
         self._next_check = now.mono + AGE_CHECK_SECONDS
         aged = []
-        for tag, _ in self.demands.tags():
+        for tag in (*self._ages.late(now.mono), *self._watched_apart()):
             period = self.period(tag)
             sample = self.store.aged(tag, period, now.mono, now.wall) if period else None
             if sample is not None:
@@ -199,19 +216,22 @@ class Polling:
         if aged:
             self._publish(aged)
 
+    def _watched_apart(self) -> Iterator[str]:
+        return (tag for tag in self._apart if self.demands.period(tag) is not None)
+
     def next_check(self) -> float:
         """When `check_ages` is next due (monotonic)."""
         return self._next_check
 
 
-def _promise(blocks: Iterable[Block], point: Point) -> tuple[float, float] | None:
-    """Period and worst-case age that the blocks of a drive hold for a point."""
+def _bringing(blocks: Iterable[Block], point: Point) -> Block | None:
+    """The block of a drive that brings a point, the fastest if there are more."""
     covering = [
-        (block.period, block.worst_age)
+        block
         for block in blocks
         if block.address <= point.address and point.address + point.words <= block.address + block.count
     ]
-    return min(covering, default=None)
+    return min(covering, key=lambda block: (block.period, block.worst_age), default=None)
 
 
 def wall_of(at: float, now: Instant) -> int:

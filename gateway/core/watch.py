@@ -31,6 +31,12 @@ class Watchkeeper:
         self._clients = clients
         self._states: dict[str, DriveState] = {}
         self._faults: dict[str, Value] = {}
+        self._may_tell = {
+            drive.tag(point.name): (drive, point)
+            for drive in drives
+            for point in drive.profile.points.values()
+            if point.kind is Kind.FAULT
+        }
 
     def start(self) -> list[str]:
         """Want one status point of each drive, often enough to feed the drive's own watchdog; the tags."""
@@ -80,15 +86,15 @@ class Watchkeeper:
             if was is None or was.up:
                 self._tell(drive, "line_down", text, now)
 
-    def plan_changed(self, line: str, plan: Plan) -> None:
+    def plan_changed(self, line: str, plan: Plan, now: Instant) -> None:
         """Tell those concerned which periods the new plan holds."""
-        self._clients.periods(self._polling.plan_changed(line, plan))
+        self._clients.periods(self._polling.plan_changed(line, plan, now.mono))
 
     def look(self, samples: Iterable[Sample], now: Instant) -> None:
         """Make events of faults that come and go."""
         for sample in samples:
-            found = self._polling.point(sample.tag)
-            if found is None or found[1].kind is not Kind.FAULT or sample.quality is not Quality.GOOD:
+            found = self._may_tell.get(sample.tag)
+            if found is None or sample.quality is not Quality.GOOD:
                 continue
             before = self._faults.get(sample.tag)
             self._faults[sample.tag] = sample.value

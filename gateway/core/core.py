@@ -291,7 +291,7 @@ class Core:
     def _replan(self, tags: Collection[str]) -> None:
         """The demands on these tags changed: tell their lines what is wanted now."""
         self._selected.changed(tags)
-        self.own.demanded(self._now.mono)
+        self.own.demanded(tags, self._now.mono)
         for line in self.polling.lines_of(tags):
             self.lines.demand(line, self.polling.wants(line), self._now.mono)
 

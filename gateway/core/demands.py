@@ -45,10 +45,6 @@ class Demands:
         """The sessions that want a tag."""
         return self._sessions.get(tag, ())
 
-    def tags(self) -> Iterator[tuple[str, float]]:
-        """Every wanted tag with its shortest period."""
-        return ((tag, min(clients.values())) for tag, clients in self._by_tag.items())
-
     def tags_of(self, drive: str) -> Iterator[tuple[str, float]]:
         """Every wanted tag of a drive with its shortest period."""
         return ((tag, min(self._by_tag[tag].values())) for tag in self._by_drive.get(drive, ()))

@@ -73,19 +73,23 @@ class OwnTags:
             return Sample(tag, None, Quality.WAITING, now.wall, age, None, "nothing to tell yet")
         return Sample(tag, value, Quality.GOOD, now.wall, age)
 
-    def demanded(self, now: float) -> None:
-        """The demands changed."""
-        wanted: dict[str, dict[str, tuple[float, float]]] = {}
-        for tag, period in self._demands.tags():
-            if self._find(tag) is not None:
-                owner = self._owners[split_tag(tag)[0]]
-                every = max(period, SHORTEST)
-                first = owner.due.get(tag, (self._first(owner, now), 0.0))[0]
-                wanted.setdefault(owner.name, {})[tag] = (min(first, now + every), every)
-        for owner in self._owners.values():
-            owner.due = wanted.get(owner.name, {})
-        self._queue = [(_next(owner), owner.name) for owner in self._owners.values() if owner.due]
-        heapq.heapify(self._queue)
+    def demanded(self, tags: Iterable[str], now: float) -> None:
+        """The demands on these tags changed, as far as they are ours."""
+        ours = [tag for tag in tags if self._find(tag) is not None]
+        for tag in ours:
+            self._schedule(tag, self._owners[split_tag(tag)[0]], now)
+        if ours:
+            self._queue = [(_next(owner), owner.name) for owner in self._owners.values() if owner.due]
+            heapq.heapify(self._queue)
+
+    def _schedule(self, tag: str, owner: _Owner, now: float) -> None:
+        period = self._demands.period(tag)
+        if period is None:
+            owner.due.pop(tag, None)
+            return
+        every = max(period, SHORTEST)
+        first = owner.due.get(tag, (self._first(owner, now), 0.0))[0]
+        owner.due[tag] = (min(first, now + every), every)
 
     def changed(self, tags: Iterable[str], now: Instant) -> None:
         """Tell these tags at once, as far as somebody watches them."""

@@ -8,7 +8,6 @@ carries out its actions, a simulation can do the same under a virtual clock.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from typing import Any
 
 from gateway.bridge.api import Happened
 from gateway.bridge.messages import (
@@ -47,7 +46,6 @@ from gateway.core.events import (
     PortLost,
     PortOpened,
     Received,
-    Record,
     Recorded,
     Started,
     Stopping,
@@ -62,6 +60,7 @@ from gateway.core.polling import Polling
 from gateway.core.reads import Reads
 from gateway.core.requests import Writes
 from gateway.core.selected import SelectedReads
+from gateway.core.trail import Trail
 from gateway.core.watch import Watchkeeper
 from gateway.line import interface as line_does
 from gateway.mapping.site import Site
@@ -86,7 +85,8 @@ class Core:
         self.lines = Lines(site, self.drives, self._admits)
         self.polling = Polling(self.drives, dict(site.rates), self._publish)
         self.clients = Clients(self.polling.demands, self._tell)
-        self.alarms = Alarms(lambda event: self.clients.tell_all(Happened(event)), self._record)
+        self.trail = Trail(self._act)
+        self.alarms = Alarms(lambda event: self.clients.tell_all(Happened(event)), self.trail.record)
         self.own = OwnTags(self.polling.demands, self.clients.publish)
         self._writes = Writes(
             site.writes_enabled,
@@ -94,7 +94,7 @@ class Core:
             self.polling,
             self.clients,
             self.lines,
-            self._record,
+            self.trail,
             self._replan,
         )
         self._selected = SelectedReads(
@@ -110,8 +110,9 @@ class Core:
             self._selected.read,
         )
         self._watchkeeper = Watchkeeper(self.drives, dict(site.rates), self.polling, self.clients)
-        self._health = Wellbeing(site.lines, self.lines, self.clients, self._watchkeeper, self.alarms)
-        self._last_record = 0
+        self._health = Wellbeing(
+            site.lines, self.lines, self.clients, self._watchkeeper, self.alarms, self.trail
+        )
         register(self.own, self.lines, self._health)
         self.catalogue = catalogue_of(site, self.drives, self.own, version, generation=1)
 
@@ -120,6 +121,7 @@ class Core:
     def step(self, event: Event, now: Instant) -> list[Action]:
         """Take in one event and return what is to be done, in order."""
         self._now = now
+        self.trail.moment(now)
         self._selected.moment(now)
         self._handle(event)
         self._settle()
@@ -159,16 +161,33 @@ class Core:
             case Joined() | Left():
                 self._client(event)
             case Started():
-                self._health.started = self._now
-                self._replan(self._watchkeeper.start())
-                self.lines.start(self._now.mono)
+                self._start(event)
             case Stopping():
                 self._writes.stop(self._now)
                 self.lines.stop(self._now.mono)
+                self.trail.end()
+
+    def _start(self, event: Started) -> None:
+        """Take up what is remembered, and begin."""
+        self._health.started = self._now
+        about = self.catalogue
+        self.trail.start(
+            event,
+            {
+                "site": about.site,
+                "gateway": about.gateway,
+                "version": about.version,
+                "configuration": about.digest,
+                "writes": about.writes_enabled,
+            },
+        )
+        self._writes.restore(event.memory)
+        self._replan(self._watchkeeper.start())
+        self.lines.start(self._now.mono)
 
     def _journal(self, problem: str) -> None:
         """An entry is on disk, or could not be written: everything but a stop waits for that (R2)."""
-        self._health.journal = problem
+        self.trail.problem = problem
         self.alarms.set(
             GATEWAY, "journal", problem and f"the journal cannot be written: {problem}", self._now
         )
@@ -295,11 +314,8 @@ class Core:
         for line in self.polling.lines_of(tags):
             self.lines.demand(line, self.polling.wants(line), self._now.mono)
 
-    def _record(self, entry: dict[str, Any]) -> int:
-        """Append to the journal; the number that `Recorded` will name."""
-        self._last_record += 1
-        self._actions.append(Record(self._last_record, {"time": self._now.wall, **entry}))
-        return self._last_record
+    def _act(self, action: Action) -> None:
+        self._actions.append(action)
 
     def _tell(self, session: int, message: Response) -> None:
         self._actions.append(Tell(session, message))

@@ -10,6 +10,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from gateway.bridge.messages import Call, Response
+from gateway.core.memory import Memory
+from gateway.core.runs import Boot
 from gateway.tag import Role
 
 
@@ -75,7 +77,12 @@ class Recorded:
 
 @dataclass(frozen=True, slots=True)
 class Started:
-    """Begin: open the ports."""
+    """Begin: open the ports. ``memory`` is what the journal remembers of earlier runs; ``found`` tells what
+    was wrong with the journal, if anything was."""
+
+    memory: Memory = field(default_factory=Memory, hash=False)
+    boot: Boot = field(default_factory=Boot)
+    found: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,10 +125,15 @@ class Tell:
 
 @dataclass(frozen=True, slots=True)
 class Record:
-    """Append to the journal; answer `Recorded` with this number once it is flushed to disk."""
+    """Append to the journal; answer `Recorded` with this number once it is flushed to disk.
+
+    The entry is plain JSON data. If it cannot be written now, one to ``keep`` is written as soon as that is
+    possible again; another is dropped, and `Recorded` says so.
+    """
 
     number: int
     entry: dict[str, Any] = field(hash=False)
+    keep: bool = True
 
 
 Action = Open | Close | Transmit | Tell | Record

@@ -9,13 +9,14 @@ from gateway.core.alarms import Alarms
 from gateway.core.clients import Clients
 from gateway.core.lines import Lines
 from gateway.core.polling import wall_of
+from gateway.core.trail import Trail
 from gateway.core.watch import Watchkeeper
 from gateway.mapping.site import LineConfig
 from gateway.tag import Instant
 
 
 class Wellbeing:
-    """Reports of health. ``journal`` says why the journal cannot be written, if so."""
+    """Reports of health."""
 
     def __init__(
         self,
@@ -24,15 +25,21 @@ class Wellbeing:
         clients: Clients,
         watchkeeper: Watchkeeper,
         alarms: Alarms,
+        trail: Trail,
     ) -> None:
         self.started = Instant(0.0, 0)
-        self.journal = ""
+        self._trail = trail
         self._configs = configs
         self._lines = lines
         self._clients = clients
         self._watchkeeper = watchkeeper
         self._alarms = alarms
         self._down: dict[str, str] = {config.name: "not open yet" for config in configs}
+
+    @property
+    def journal(self) -> str:
+        """Why the journal cannot be written; "" if it can."""
+        return self._trail.problem
 
     def line_up(self, line: str) -> None:
         """The port of a line is open."""

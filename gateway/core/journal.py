@@ -1,95 +1,135 @@
-"""The journal: one line of JSON per attempt, flushed to disk by a thread of its own. Shell.
+"""The journal's thread: writes entries to disk in order, and what cannot be written now, later. Shell.
 
-``journal.jsonl`` in the data folder; at `ROTATE_BYTES` it becomes ``journal-<time>.jsonl`` and the
-oldest of those are removed beyond `KEEP_FILES`.
+One flush serves all that wait. While the disk fails, entries that somebody waits for are dropped, and he is
+told; those to be kept are tried again every `RETRY_SECONDS`, `BACKLOG` of them at most.
 """
 
 from __future__ import annotations
 
-import os
 import queue
 import threading
-import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Any
 
-import msgspec
+import structlog
 
-ROTATE_BYTES = 16 * 1024 * 1024
-KEEP_FILES = 20
+from gateway.core.disk import Folder
+from gateway.core.events import Record, Recorded
+from gateway.core.ledger import Ledger
+from gateway.core.memory import Memory
 
-Report = Callable[[int, str], None]
-"""Called from the journal's thread: number of an entry, and the problem ("": it is on disk)."""
+log = structlog.get_logger(__name__)
+
+RETRY_SECONDS = 1.0
+BATCH = 256
+"""Entries flushed together at most."""
+
+BACKLOG = 10_000
+"""Entries that may wait; beyond that the oldest are lost, those of refused commands first."""
+
+END_SECONDS = 2.0
+
+Report = Callable[[Sequence[Recorded]], None]
+"""Called from the journal's thread: what became of entries."""
+
+
+@dataclass(slots=True)
+class Waiting:
+    """An entry to be written; ``told``: its failure was reported."""
+
+    record: Record
+    told: bool = False
+
+    @property
+    def refusal(self) -> bool:
+        """It tells of a command that was refused."""
+        entry = self.record.entry
+        return bool(entry["kind"] == "outcome" and entry["outcome"].get("verdict") == "refused")
 
 
 class Journal:
-    """Appends entries in order; one flush serves all that wait."""
+    """Appends entries in order."""
 
-    def __init__(self, folder: Path, report: Report) -> None:
-        self._path = folder / "journal.jsonl"
+    def __init__(self, folder: Path, report: Report, ledger: Ledger | None = None) -> None:
+        self._folder = folder
         self._report = report
-        self._queue: queue.SimpleQueue[tuple[int, dict[str, Any]] | None] = queue.SimpleQueue()
-        self._file: IO[bytes] | None = None
+        self._ledger = ledger or Ledger(Folder(folder))
+        self._queue: queue.SimpleQueue[Record | None] = queue.SimpleQueue()
+        self._waiting: list[Waiting] = []
+        self._lost = 0
+        self._ending = False
         self._thread = threading.Thread(target=self._run, name="journal", daemon=True)
 
-    def start(self) -> None:
-        """Begin."""
-        self._thread.start()
+    def start(self) -> tuple[Memory, str]:
+        """Read back what was written, and begin. What is remembered, and what is wrong with the files.
 
-    def append(self, number: int, entry: dict[str, Any]) -> None:
-        """Have an entry written; `Report` tells when it is on disk."""
-        self._queue.put((number, entry))
+        Raises:
+            OSError: if the files cannot be read.
+        """
+        memory, problem = self._ledger.open()
+        if problem:
+            log.warning("journal", found=problem)
+        self._thread.start()
+        return memory, problem
+
+    def append(self, record: Record) -> None:
+        """Have an entry written; `Report` tells when it is on disk, or that it cannot be."""
+        if self._queue.qsize() < BACKLOG:
+            self._queue.put(record)
+        elif not record.keep:
+            self._report([Recorded(record.number, "the disk does not keep up")])
 
     def close(self) -> None:
-        """Write what waits and end."""
+        """Write what waits, as far as that is possible, and end."""
         self._queue.put(None)
-        self._thread.join(timeout=2.0)
+        self._thread.join(END_SECONDS)
 
     def _run(self) -> None:
-        while True:
-            batch, last = self._take()
-            problem = self._write(batch)
-            for number, _ in batch:
-                self._report(number, problem)
-            if last:
-                break
-        if self._file is not None:
-            self._file.close()
+        while not self._ending:
+            self._take()
+            while self._waiting and self._flush():
+                pass
+        if self._waiting:
+            log.error("journal not written", entries=len(self._waiting))
+        self._ledger.close()
 
-    def _take(self) -> tuple[list[tuple[int, dict[str, Any]]], bool]:
-        """Everything that waits; True with the end."""
-        batch = []
-        item = self._queue.get()
-        while item is not None:
-            batch.append(item)
-            try:
-                item = self._queue.get_nowait()
-            except queue.Empty:
-                return batch, False
-        return batch, True
-
-    def _write(self, batch: list[tuple[int, dict[str, Any]]]) -> str:
-        if not batch:
-            return ""
-        lines = b"".join(msgspec.json.encode(entry, order="sorted") + b"\n" for _, entry in batch)
+    def _take(self) -> None:
+        """Everything that was asked for; waits for something unless there is something to try again."""
         try:
-            file = self._open()
-            file.write(lines)
-            file.flush()
-            os.fdatasync(file.fileno())
-        except OSError as error:
-            self._file = None
-            return f"{self._path}: {error.strerror}"
-        return ""
+            item = self._queue.get(timeout=RETRY_SECONDS if self._waiting else None)
+            while item is not None:
+                self._waiting.append(Waiting(item))
+                item = self._queue.get_nowait()
+        except queue.Empty:
+            return
+        self._ending = True
 
-    def _open(self) -> IO[bytes]:
-        if self._file is not None and self._file.tell() > ROTATE_BYTES:
-            self._file.close()
-            self._path.rename(self._path.with_name(f"journal-{time.time_ns()}.jsonl"))
-            for old in sorted(self._path.parent.glob("journal-*.jsonl"))[:-KEEP_FILES]:
-                old.unlink()
-            self._file = None
-        if self._file is None:
-            self._file = self._path.open("ab")
-        return self._file
+    def _flush(self) -> bool:
+        """Write one batch; False when that failed."""
+        batch = self._waiting[:BATCH]
+        try:
+            self._ledger.write([waiting.record.entry for waiting in batch])
+        except OSError as error:
+            self._failed(f"{self._folder}: {error.strerror or error}")
+            return False
+        del self._waiting[: len(batch)]
+        self._report([Recorded(waiting.record.number) for waiting in batch])
+        return True
+
+    def _failed(self, problem: str) -> None:
+        self._report([Recorded(w.record.number, problem) for w in self._waiting if not w.told])
+        kept = [Waiting(w.record, told=True) for w in self._waiting if w.record.keep]
+        while len(kept) > BACKLOG:
+            kept = self._thinned(kept)
+        self._waiting = kept
+
+    def _thinned(self, kept: list[Waiting]) -> list[Waiting]:
+        """Without the older half of the refusals, or, where there are none, without the oldest tenth."""
+        refusals = [waiting for waiting in kept if waiting.refusal]
+        gone = refusals[: len(refusals) // 2 + 1] if refusals else kept[1 : BACKLOG // 10]
+        self._lost += len(gone)
+        ids = {id(waiting) for waiting in gone}
+        left = [w for w in kept if id(w) not in ids and w.record.entry["kind"] != "lost"]
+        lost = left[0].record.entry | {"kind": "lost", "entries": self._lost}
+        return [Waiting(Record(0, lost), told=True), *left]

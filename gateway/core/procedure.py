@@ -6,7 +6,7 @@ A `Procedure` yields `Effect`s and gets their results; it returns the final outc
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Generator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -34,7 +34,16 @@ class Ask:
     setpoint: str | None = None
     then: str | None = None
     """Command to run after a batch of writes that all name it."""
+    to_zero: bool = False
+    """It takes a setpoint to zero."""
     wanted: Any = field(default=None, hash=False)
+    about: Mapping[str, Any] = field(default_factory=dict, hash=False)
+    """What each of its entries in the journal tells (`gateway.core.attempts.ABOUT`)."""
+
+    @property
+    def harmless(self) -> bool:
+        """It is carried out even while it cannot be put on record (safety.md R2)."""
+        return self.urgent or self.to_zero
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,8 +58,8 @@ class Leave:
 
 @dataclass(frozen=True, slots=True)
 class Exchange:
-    """One transaction; answered by `Finished`. ``condition`` is looked at once more just before a
-    write goes out: what it contradicts is not sent."""
+    """One transaction; answered by `Finished`. A write must have been put on record (`Intend`).
+    ``condition`` is looked at once more just before it goes out: what it contradicts is not sent."""
 
     request: Read | Write
     priority: Priority
@@ -67,12 +76,15 @@ class Finished:
 
 
 @dataclass(frozen=True, slots=True)
-class Note:
-    """Write this into the journal; answered with the problem in words once it is on disk ("": none).
-    Without ``wait`` the answer comes at once."""
+class Intend:
+    """Put the frame that is to be sent next on record, with these facts. Answered with the problem in words
+    when that is on disk ("": none), after ``patience`` seconds at the latest; at once without.
 
-    entry: dict[str, Any] = field(hash=False)
-    wait: bool = True
+    With ``keep`` it is put on record later if it cannot be now, for it is sent all the same."""
+
+    facts: Mapping[str, Any] = field(hash=False)
+    patience: float | None
+    keep: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +116,7 @@ class Report:
     outcome: Outcome
 
 
-Effect = Report | Lane | Leave | Exchange | Note | Pause | Prove | IsLast
+Effect = Report | Lane | Leave | Exchange | Intend | Pause | Prove | IsLast
 Procedure = Generator[Effect, Any, Outcome]
 
 
@@ -124,9 +136,3 @@ def read(request: Read, priority: Priority, deadline: float | None) -> Generator
             break
         finished = yield from exchange(request, priority, deadline)
     return finished
-
-
-def note(entry: dict[str, Any], wait: bool) -> Generator[Effect, Any, str]:
-    """Write into the journal; the problem in words, or nothing."""
-    problem: str = yield Note(entry, wait)
-    return problem

@@ -7,13 +7,14 @@ and in the end the same outcome for the client, for its duplicates and for the j
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import msgspec
 
 from gateway.bridge.messages import Done, RunCommand, WriteTag
+from gateway.core.attempts import about
 from gateway.core.clients import Clients
 from gateway.core.drive import Drive
 from gateway.core.guard import (
@@ -26,10 +27,13 @@ from gateway.core.guard import (
     refuse,
 )
 from gateway.core.lines import Lines
-from gateway.core.once import Key, Once, Waiter
+from gateway.core.memory import Memory
+from gateway.core.once import KEEP, RESTARTED, Key, Once, Waiter
 from gateway.core.polling import Polling, wall_of
 from gateway.core.procedure import Ask, Procedure
 from gateway.core.runner import Runner
+from gateway.core.sending import UNRECORDED
+from gateway.core.trail import Trail
 from gateway.core.writing import run_command, write_point
 from gateway.line.interface import Job, Result
 from gateway.tag import Cause, Instant, Origin, Outcome, Role, Verdict, split_tag
@@ -43,10 +47,13 @@ OWN = Origin(through="core", who="core", role=Role.ADMIN)
 
 @dataclass(slots=True)
 class Pending:
-    """A request under way: who waits, and under which id."""
+    """A request under way: who waits, under which id, and what each entry in the journal tells of it.
+    ``lived`` is when it came (`Trail.lived`)."""
 
     waiter: Waiter
     key: Key | None
+    about: Mapping[str, Any]
+    lived: float
 
 
 class Writes:
@@ -54,7 +61,7 @@ class Writes:
 
     Args:
         enabled: the site's ``writes.enabled``; nothing is written without it.
-        record: appends to the journal and returns the entry's number.
+        trail: puts things on record.
         replan: tells the lines that the demands on these tags changed.
     """
 
@@ -65,7 +72,7 @@ class Writes:
         polling: Polling,
         clients: Clients,
         lines: Lines,
-        record: Callable[[dict[str, Any]], int],
+        trail: Trail,
         replan: Callable[[Collection[str]], None],
     ) -> None:
         self._enabled = enabled
@@ -73,7 +80,7 @@ class Writes:
         self._polling = polling
         self._clients = clients
         self._lines = lines
-        self._record = record
+        self._trail = trail
         self._replan = replan
         self._once = Once()
         self._runner = Runner(self, polling.store)
@@ -82,6 +89,13 @@ class Writes:
         self._last = 0
         self._now = Instant(0.0, 0)
         self._stopping = False
+
+    def restore(self, memory: Memory) -> None:
+        """Take up what the journal remembers. Whatever was on record without an outcome has one now."""
+        self._last = memory.attempts.last
+        self._once.restore(memory.attempts)
+        for facts in memory.attempts.open.values():
+            self._trail.record({"kind": "outcome", **facts, "outcome": RESTARTED})
 
     # -- requests
 
@@ -96,7 +110,8 @@ class Writes:
             number = check_value(drive, self._polling.store, point, request.value, point_name)
             setpoint = request.target if is_setpoint(point) else None
             ask = self._ask(drive, request.target, request, now, setpoint=setpoint, wanted=request.value)
-            ask = dataclasses.replace(ask, then=point.then)
+            to_zero = setpoint is not None and number == 0
+            ask = dataclasses.replace(ask, then=point.then, to_zero=to_zero)
             return ask, write_point(ask, self._polling.store, point, number)
 
         self._begin(session, request, prepare, now)
@@ -120,7 +135,8 @@ class Writes:
         """Run a procedure that nobody waits for and that is no command of anybody."""
         self._now = now
         self._last += 1
-        ask = Ask(self._last, drive, "", OWN, now, deadline)
+        facts = {"ask": self._last, "what": "", "by": OWN, "outcome": "none"}
+        ask = Ask(self._last, drive, "", OWN, now, deadline, about=facts)
         self._runner.start(ask, make(ask), now.mono)
 
     def _begin(
@@ -139,13 +155,15 @@ class Writes:
                 self._clients.tell(session, Done(request.id, outcome))
             return
         self._last += 1
-        self._pending[self._last] = Pending(waiter, key)
+        facts = about(self._last, request, key)
+        self._pending[self._last] = Pending(waiter, key, facts, self._trail.lived)
         try:
             self._check_enabled()
             ask, procedure = prepare()
-            self._check_room(ask)
+            self._check_room(ask, key)
         except Ended as ended:
-            self._refused(request, ended.outcome, now)
+            refused = msgspec.structs.replace(ended.outcome, asked=now.wall, done=now.wall)
+            self._finish(self._last, refused)
         else:
             self._runner.start(ask, procedure, now.mono)
 
@@ -171,7 +189,10 @@ class Writes:
         if self._runner.insists(drive) and not urgent:
             raise refuse(Cause.PRECONDITION, f"a stop of {drive.name} is not answered yet; it goes first")
         deadline = None if urgent else now.mono + request.ttl
-        return Ask(self._last, drive, what, request.origin, now, deadline, urgent, setpoint, wanted)
+        facts = self._pending[self._last].about
+        return Ask(
+            self._last, drive, what, request.origin, now, deadline, urgent, setpoint, wanted, about=facts
+        )
 
     # -- checks that need more than the request
 
@@ -183,9 +204,16 @@ class Writes:
                 Cause.WRITES_DISABLED, "writing is off at this site (writes.enabled in the site file)"
             )
 
-    def _check_room(self, ask: Ask) -> None:
-        if len(self._pending) > MAX_UNDER_WAY and not ask.urgent:
+    def _check_room(self, ask: Ask, key: Key | None) -> None:
+        if ask.urgent:
+            return
+        if len(self._pending) > MAX_UNDER_WAY:
             raise refuse(Cause.OVERFLOW, f"{MAX_UNDER_WAY} writes are under way already")
+        if key is not None and not self._once.room(self._trail.lived):
+            reason = f"{KEEP} ids have to be remembered already (give commands a shorter time to live)"
+            raise refuse(Cause.OVERFLOW, reason)
+        if self._trail.problem and not ask.harmless:
+            raise refuse(Cause.JOURNAL, UNRECORDED.format(self._trail.problem))
 
     def _check_rights(self, session: int, needed: Role | None, origin: Origin) -> None:
         check_rights(needed, origin, self._clients.ceiling(session))
@@ -198,12 +226,6 @@ class Writes:
 
     # -- ends
 
-    def _refused(self, request: WriteTag | RunCommand, outcome: Outcome, now: Instant) -> None:
-        what = request.target if isinstance(request, WriteTag) else f"{request.drive}.{request.name}"
-        wanted = request.value if isinstance(request, WriteTag) else dict(request.args)
-        entry = {"kind": "outcome", "ask": self._last, "what": what, "wanted": wanted, "by": request.origin}
-        self._finish(self._last, entry, msgspec.structs.replace(outcome, asked=now.wall, done=now.wall))
-
     def finish(self, ask: Ask, outcome: Outcome, sent: float | None) -> None:
         """A procedure ended (`Services`)."""
         if ask.number not in self._pending:
@@ -214,21 +236,15 @@ class Writes:
             sent=0 if sent is None else wall_of(sent, self._now),
             done=self._now.wall,
         )
-        entry = {
-            "kind": "outcome",
-            "ask": ask.number,
-            "what": ask.what,
-            "wanted": ask.wanted,
-            "by": ask.origin,
-        }
-        self._finish(ask.number, entry, stamped)
+        self._finish(ask.number, stamped)
 
-    def _finish(self, number: int, entry: dict[str, Any], outcome: Outcome) -> None:
-        self._record({**entry, "outcome": outcome})
+    def _finish(self, number: int, outcome: Outcome) -> None:
         pending = self._pending.pop(number)
+        self._trail.record({"kind": "outcome", **pending.about, "outcome": outcome})
         waiters = [pending.waiter]
         if pending.key is not None:
-            waiters += self._once.finish(pending.key, outcome)
+            ttl = pending.about["ttl"]
+            waiters += self._once.finish(pending.key, outcome, pending.lived, ttl)
         for session, request in waiters:
             self._clients.tell(session, Done(request, outcome))
 
@@ -296,9 +312,9 @@ class Writes:
             self._jobs.discard(job)
         return taken
 
-    def record(self, entry: dict[str, Any]) -> int:
+    def record(self, entry: Mapping[str, Any], keep: bool = True) -> int:
         """Append to the journal (`Services`); whoever waits is told by `recorded`."""
-        return self._record(entry)
+        return self._trail.record(entry, keep)
 
     def watch_for(self, name: str, tags: dict[str, float | None]) -> None:
         """Change the demands of one of the core's own watchers (`Services`)."""

@@ -7,7 +7,7 @@ same setpoint takes the place of a waiting one, and a stop that of everything bu
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -19,10 +19,10 @@ from gateway.core.procedure import (
     Effect,
     Exchange,
     Finished,
+    Intend,
     IsLast,
     Lane,
     Leave,
-    Note,
     Pause,
     Procedure,
     Prove,
@@ -49,7 +49,7 @@ class Services(Protocol):
     def withdraw(self, job: int) -> bool:
         """Take a waiting job back; False when it is on the wire or done."""
 
-    def record(self, entry: dict[str, Any]) -> int:
+    def record(self, entry: Mapping[str, Any], keep: bool = True) -> int:
         """Append to the journal; the number of the entry, whose end is told by `Runner.recorded`."""
 
     def watch_for(self, name: str, tags: dict[str, float | None]) -> None:
@@ -73,6 +73,10 @@ class Running:
     """The asker has his outcome, but there is more to do (a stop that is not answered)."""
     sent: float | None = None
     """When the first frame that could change the drive left (monotonic)."""
+    frames: int = 0
+    """Frames put on record."""
+    recorded: int | None = None
+    """The frame that is on record and has not left yet."""
 
 
 class Runner:
@@ -83,7 +87,8 @@ class Runner:
         self._store = store
         self._running: dict[int, Running] = {}
         self._jobs: dict[int, int] = {}
-        self._notes: dict[int, int] = {}
+        self._notes: dict[int, tuple[int, int]] = {}
+        """Ask and frame of the intents that are not on disk yet."""
         self._lanes: dict[str, deque[int]] = {}
 
     def start(self, ask: Ask, procedure: Procedure, now: float) -> None:
@@ -104,22 +109,28 @@ class Runner:
     def job_sent(self, job: int, at: float) -> None:
         """The request of a job leaves at ``at``."""
         running = self._running.get(self._jobs.get(job, -1))
-        if running is not None and running.sent is None and isinstance(running.effect, Exchange):
-            running.sent = at if isinstance(running.effect.request, Write) else None
+        if running is None or not isinstance(running.effect, Exchange):
+            return
+        if isinstance(running.effect.request, Write):
+            running.recorded = None
+            running.sent = at if running.sent is None else running.sent
 
     def job_done(self, job: int, result: Result, at: float, now: float) -> None:
         """What became of a job."""
         running = self._running.get(self._jobs.pop(job, -1))
         if running is not None and running.job == job:
             running.job = None
+            self._unsent(running)
             self._advance(running, Finished(result, at), now)
 
     def recorded(self, note: int, problem: str, now: float) -> None:
         """A journal entry is on disk, or could not be written."""
-        running = self._running.get(self._notes.pop(note, -1))
+        ask, frame = self._notes.pop(note, (-1, 0))
+        running = self._running.get(ask)
         if running is not None and running.note == note:
-            running.note = None
-            self._advance(running, problem, now)
+            self._noted(running, problem, now)
+        elif ask >= 0 and not problem:
+            self._services.record({"kind": "unsent", "ask": ask, "frame": frame})
 
     def admits(self, job: int) -> bool:
         """False when what a write needs no longer holds; asked just before its frame goes out."""
@@ -140,7 +151,11 @@ class Runner:
     def tick(self, now: float) -> None:
         """Wake the procedures whose time has come."""
         for running in list(self._running.values()):
-            if running.wake is not None and running.wake <= now:
+            if running.wake is None or running.wake > now:
+                continue
+            if isinstance(running.effect, Intend):
+                self._noted(running, "the disk does not answer", now)
+            else:
                 self._advance(running, now if isinstance(running.effect, Pause) else False, now)
 
     def wake(self) -> float | None:
@@ -188,12 +203,9 @@ class Runner:
                 return False, self._is_last(running)
             case Exchange():
                 self._exchange(running, effect)
-            case Note():
-                number = self._services.record(effect.entry)
-                if not effect.wait:
-                    return False, ""
-                running.note = number
-                self._notes[number] = running.ask.number
+            case Intend():
+                self._intend(running, effect, now)
+                return effect.patience is not None, ""
             case Pause():
                 running.wake = now + effect.seconds
             case Prove():
@@ -208,7 +220,37 @@ class Runner:
         others = (self._running[number].ask for number in lane if number != running.ask.number)
         return not any(other.then == running.ask.then for other in others)
 
+    def _intend(self, running: Running, effect: Intend, now: float) -> None:
+        running.frames += 1
+        running.recorded = running.frames
+        entry = {"kind": "intent", **running.ask.about, "frame": running.frames, **effect.facts}
+        if running.told:
+            entry["outcome"] = "told"
+        number = self._services.record(entry, effect.keep)
+        if effect.patience is not None:
+            running.note, running.wake = number, now + effect.patience
+            self._notes[number] = (running.ask.number, running.frames)
+
+    def _noted(self, running: Running, problem: str, now: float) -> None:
+        """An intent is on disk, or the problem says why it is not, or not yet."""
+        assert isinstance(running.effect, Intend)
+        if running.effect.keep:
+            self._notes.pop(running.note or 0, None)
+        elif problem:
+            running.recorded = None
+        running.note = None
+        self._advance(running, problem, now)
+
+    def _unsent(self, running: Running) -> None:
+        """Put on record that the frame whose intent is on record did not go out."""
+        if running.recorded is not None and running.note is None:
+            entry = {"kind": "unsent", "ask": running.ask.number, "frame": running.recorded}
+            self._services.record(entry)
+            running.recorded = None
+
     def _exchange(self, running: Running, effect: Exchange) -> None:
+        if isinstance(effect.request, Write) and running.recorded is None:
+            raise RuntimeError("a frame that is not on record")  # R1: whatever a procedure forgets
         running.job = self._services.new_job()
         self._jobs[running.job] = running.ask.number
         job = Job(running.job, effect.request, effect.priority, effect.deadline)
@@ -245,6 +287,7 @@ class Runner:
 
     def _end(self, running: Running, outcome: Outcome, now: float) -> None:
         self._leave_proof(running)
+        self._unsent(running)
         running.effect = None
         del self._running[running.ask.number]
         running.procedure.close()

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from typing import Any
 
 from gateway.core.drive import Drive
 from gateway.core.guard import Ended
-from gateway.core.procedure import (
-    Ask,
-    Finished,
-)
-from gateway.line.interface import Answered, Refused, Silent, Unsent
-from gateway.tag import Cause, Verdict
+from gateway.core.meaning import Meaningless, meaning_of
+from gateway.core.procedure import Finished
+from gateway.core.store import Store
+from gateway.line.interface import Answered, Refused, Silent, Unsent, Write
+from gateway.modbus.encoding import decode, insert, to_words
+from gateway.tag import Cause, Value, Verdict
 
 UNSENT = {
     "expired": "its time to live ended before it could be sent",
@@ -61,15 +61,31 @@ def ended(drive: Drive, finished: Finished, before: str = "") -> Ended:
             return Ended(Verdict.FAILED, Cause.NO_ANSWER, reason)
 
 
-def intent(ask: Ask, address: int, words: Sequence[int]) -> dict[str, Any]:
-    """The journal's record of a frame that is about to be sent."""
+def intent(drive: Drive, store: Store, request: Write, raws: Mapping[str, int]) -> dict[str, Any]:
+    """R1: what the journal is told of a frame that is about to be sent: the registers, and of each point
+    the value last seen (null where none is known) and the new one."""
     return {
-        "kind": "intent",
-        "ask": ask.number,
-        "what": ask.what,
-        "wanted": ask.wanted,
-        "by": ask.origin,
-        "unit": ask.drive.unit,
-        "address": f"{address:04X}H",
-        "words": [f"{word:04X}H" for word in words],
+        "line": drive.line,
+        "drive": drive.name,
+        "unit": request.unit,
+        "address": f"{request.address:04X}H",
+        "words": [f"{word:04X}H" for word in request.words],
+        "old": {name: _seen(drive, store, name) for name in raws},
+        "new": {name: _meant(drive, store, name, raw) for name, raw in raws.items()},
     }
+
+
+def _seen(drive: Drive, store: Store, name: str) -> Value:
+    held = store.get(drive.tag(name))
+    return held.sample.value if held else None
+
+
+def _meant(drive: Drive, store: Store, name: str, raw: int) -> Value:
+    """A raw value as it is understood now."""
+    point = drive.profile.points[name]
+    meaning = meaning_of(drive, store, point)
+    if isinstance(meaning, Meaningless):
+        return raw
+    encoding = meaning.encoding
+    words = (insert(encoding, raw, 0),) if encoding.width else to_words(encoding, raw)
+    return decode(encoding, words, meaning.times).value

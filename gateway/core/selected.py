@@ -100,7 +100,7 @@ class SelectedReads:
         )
         try:
             yield Lane()
-            yield from select(ask, point)
+            yield from select(ask, self._polling.store, point)
             request = Read(drive.unit, point.address, point.words)
             finished = yield from read(request, Priority.COMMAND, ask.deadline)
         except Ended as ended:

@@ -1,4 +1,4 @@
-"""One frame of a write: composed, noted in the journal and flushed, sent once. Pure.
+"""One frame of a write: composed, put on record and flushed, sent once. Pure.
 
 What was sent and not answered is never sent again blindly; only a stop is repeated, since stopping twice
 is stopping (safety.md H5, H20). Each function is a part of a procedure.
@@ -16,11 +16,11 @@ from gateway.core.procedure import (
     Ask,
     Effect,
     Finished,
+    Intend,
     Pause,
     Prove,
     Report,
     exchange,
-    note,
     read,
 )
 from gateway.core.saying import ended, explain, intent
@@ -33,6 +33,14 @@ from gateway.tag import Cause, Outcome, Verdict
 STEP_SECONDS = 5.0
 """Time that each frame after the first one has to get onto the wire."""
 
+RECORD_PATIENCE = 5.0
+"""Seconds that a frame waits for its record to be on disk; then it is not sent."""
+
+ZERO_PATIENCE = 0.5
+"""Seconds that a setpoint of zero waits for it; then it is sent all the same."""
+
+UNRECORDED = "nothing is written while the journal cannot be: {}"
+
 PULSE_ATTEMPTS = 20
 
 STOP_PATIENCE = 20.0
@@ -43,6 +51,14 @@ POINTLESS = (0x01, 0x02)
 
 STOP_PAUSE, STOP_PAUSE_MOST = 0.05, 5.0
 """Seconds between the repetitions of a stop that is not answered; the pause doubles."""
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """A write that is to be sent, and what its record tells."""
+
+    request: Write
+    facts: Mapping[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,16 +83,33 @@ def transmit(
     drive = ask.drive
     fresh = yield from _read_words(ask, raws, deadline)
     address, words = drive.compose(raws, fresh)
-    problem = yield from note(intent(ask, address, words), wait=not ask.urgent)
-    if problem and not ask.urgent:
-        raise refuse(Cause.JOURNAL, f"nothing is written while the journal cannot be: {problem}")
     request = frame_of(drive, address, words, [drive.profile.points[name] for name in raws])
-    before = drive.commanding(address, words)
-    finished = yield from send(ask, store, request, deadline, condition)
+    frame = Frame(request, intent(drive, store, request, raws))
+    finished = yield from send(ask, frame, deadline, condition)
     if isinstance(finished.result, (Refused, Unsent)):
-        drive.refused(address, len(words), before)
         raise ended(drive, finished)
     return Sent(raws, address, len(words), finished.at, isinstance(finished.result, Answered))
+
+
+def put(
+    ask: Ask, frame: Frame, priority: Priority, deadline: float | None, condition: Condition = ()
+) -> Generator[Effect, Any, Finished]:
+    """R1: put one frame on record, then on the wire. A stop does not wait for the record, and a setpoint of
+    zero not longer than `ZERO_PATIENCE` (R2).
+
+    Raises:
+        Ended: if it could not be put on record.
+    """
+    patience = None if ask.urgent else ZERO_PATIENCE if ask.to_zero else RECORD_PATIENCE
+    problem = yield Intend(frame.facts, patience, keep=ask.harmless)
+    if problem and not ask.harmless:
+        raise refuse(Cause.JOURNAL, UNRECORDED.format(problem))
+    drive, request = ask.drive, frame.request
+    before = drive.commanding(request.address, request.words)
+    finished = yield from exchange(request, priority, deadline, condition)
+    if isinstance(finished.result, (Refused, Unsent)):
+        drive.refused(request.address, len(request.words), before)
+    return finished
 
 
 def frame_of(drive: Drive, address: int, words: tuple[int, ...], points: Sequence[Point]) -> Write:
@@ -86,25 +119,25 @@ def frame_of(drive: Drive, address: int, words: tuple[int, ...], points: Sequenc
 
 
 def send(
-    ask: Ask, store: Store, request: Write, deadline: float | None, condition: Condition
+    ask: Ask, frame: Frame, deadline: float | None, condition: Condition
 ) -> Generator[Effect, Any, Finished]:
     """Send a frame once. A refusal that is temporary is asked again while the deadline lasts, since it
     changed nothing; a stop is repeated until it is answered."""
     if ask.urgent:
-        return (yield from insist(ask, request))
+        return (yield from insist(ask, frame))
     while True:
-        finished = yield from exchange(request, Priority.COMMAND, deadline, condition)
+        finished = yield from put(ask, frame, Priority.COMMAND, deadline, condition)
         if deadline is None or not (yield from may_repeat(ask.drive, finished, deadline)):
             return finished
 
 
-def insist(ask: Ask, request: Write) -> Generator[Effect, Any, Finished]:
+def insist(ask: Ask, frame: Frame) -> Generator[Effect, Any, Finished]:
     """Send a stop until it is answered, however long that takes: a drive that comes back running after a
     stop was asked for has to be stopped. The asker hears at once that the line is down, and after
     `STOP_PATIENCE` that nothing is known. A drive that goes on refusing is left alone after that time."""
     pause, told = STOP_PAUSE, False
     while True:
-        finished = yield from exchange(request, Priority.STOP, None)
+        finished = yield from put(ask, frame, Priority.STOP, None)
         patient = finished.at - ask.asked.mono < STOP_PATIENCE
         match finished.result:
             case Answered():
@@ -173,7 +206,7 @@ def end_pulse(ask: Ask, store: Store, sent: Sent, pulses: Sequence[Point]) -> Ge
         )
 
 
-def select(ask: Ask, point: Point) -> Generator[Effect, Any, None]:
+def select(ask: Ask, store: Store, point: Point) -> Generator[Effect, Any, None]:
     """Write the selectors of an indexed point, in the order of the profile, unless they stand so already.
 
     Raises:
@@ -187,7 +220,9 @@ def select(ask: Ask, point: Point) -> Generator[Effect, Any, None]:
             continue
         address, words = drive.compose({name: raw}, {})
         drive.selection.pop(name, None)
-        finished = yield from exchange(Write(drive.unit, address, words), Priority.COMMAND, ask.deadline)
+        request = Write(drive.unit, address, words)
+        frame = Frame(request, intent(drive, store, request, {name: raw}))
+        finished = yield from put(ask, frame, Priority.COMMAND, ask.deadline)
         if not isinstance(finished.result, Answered):
             raise ended(drive, finished, f"{name} could not be selected: ")
         drive.selection[name] = raw

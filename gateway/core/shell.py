@@ -5,8 +5,10 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import dataclasses
+import secrets
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import structlog
@@ -35,6 +37,7 @@ from gateway.core.events import (
     Transmit,
 )
 from gateway.core.journal import Journal
+from gateway.core.runs import Boot
 from gateway.line.port import Port, open_port
 from gateway.mapping.site import LineConfig, Site
 from gateway.tag import Instant, Role
@@ -44,6 +47,8 @@ log = structlog.get_logger(__name__)
 SPIN = 150e-6
 """Seconds before a timer's end that are waited out by looking at the clock: sleeping wakes too late."""
 
+BOOT_ID = Path("/proc/sys/kernel/random/boot_id")
+
 Deliver = Callable[[Response], None]
 """How a client is told something; must not block."""
 
@@ -51,6 +56,15 @@ Deliver = Callable[[Response], None]
 def now() -> Instant:
     """The present moment on both clocks."""
     return Instant(time.monotonic(), time.time_ns())
+
+
+def this_boot() -> Boot:
+    """A new id for this start, and the kernel's for that of the machine."""
+    try:
+        machine = BOOT_ID.read_text().strip()
+    except OSError:
+        machine = ""
+    return Boot(id=secrets.token_hex(8), machine=machine)
 
 
 class Shell:
@@ -78,9 +92,13 @@ class Shell:
         self._journal = Journal(site.data, self._recorded)
 
     def start(self) -> None:
-        """Open the ports and begin."""
-        self._journal.start()
-        self.feed(Started())
+        """Read back the journal, open the ports and begin.
+
+        Raises:
+            OSError: if the journal cannot be read.
+        """
+        memory, found = self._journal.start()
+        self.feed(Started(memory, this_boot(), found))
 
     async def ports_tried(self, seconds: float) -> None:
         """Wait until every port was opened or found to be in trouble, at most so long."""
@@ -149,8 +167,8 @@ class Shell:
             case Tell(session, message):
                 if session in self._clients:
                     self._clients[session](message)
-            case Record(number, entry):
-                self._journal.append(number, entry)
+            case Record():
+                self._journal.append(action)
             case Open(line):
                 self._opening[line] = self._loop.create_task(self._open(self._configs[line]))
             case Close(line):
@@ -165,10 +183,14 @@ class Shell:
         except OSError as error:
             self._loop.call_soon(self._lost, line, error.strerror or str(error))
 
-    def _recorded(self, number: int, problem: str) -> None:
+    def _recorded(self, events: Sequence[Recorded]) -> None:
         """Called from the journal's thread."""
         with contextlib.suppress(RuntimeError):  # the loop is closed: nobody waits any more
-            self._loop.call_soon_threadsafe(self.feed, Recorded(number, problem))
+            self._loop.call_soon_threadsafe(self._feed_all, events)
+
+    def _feed_all(self, events: Sequence[Recorded]) -> None:
+        for event in events:
+            self.feed(event)
 
     # -- ports
 

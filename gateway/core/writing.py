@@ -54,7 +54,7 @@ def change_point(ask: Ask, store: Store, point: Point, number: Fraction, now: fl
     if point.kind is Kind.PARAMETER and (yield from is_already(ask, store, point, raw, now)):
         value = value_shown(ask, store, [point])
         return Outcome(verdict=Verdict.CONFIRMED, reason="it was so already", value=value)
-    yield from select(ask, point)
+    yield from select(ask, store, point)
     sent = yield from transmit(ask, store, {point.name: raw}, ask.deadline, point.only_when)
     if point.then is not None:
         drive.owed.add(point.then)

@@ -166,9 +166,9 @@ async def test_a_core_of_ones_own_for_a_single_command(site_file: Path) -> None:
             assert sample.value == 0.0
             outcome = await bridge.write("fan-1.frequency_command", 12.5, ENGINEER)
             assert (outcome.verdict, outcome.value) == (Verdict.CONFIRMED, 12.5)
-    lines = (site.data / "journal.jsonl").read_text().splitlines()
-    kinds = [json.loads(line)["kind"] for line in lines]
-    assert kinds == ["intent", "outcome"]
+    [journal] = site.data.glob("journal-*.jsonl")
+    kinds = [json.loads(line)["kind"] for line in journal.read_text().splitlines()]
+    assert kinds == ["snapshot", "boot", "intent", "outcome", "end"]
 
 
 async def test_nonsense_on_the_socket_ends_only_that_connection(site_file: Path) -> None:

@@ -270,7 +270,7 @@ def test_r1_the_intent_is_on_disk_before_the_first_byte() -> None:
     assert intent["at"] >= asked
     assert at >= intent["at"] + 0.5
     assert intent["words"] == ["07D0H"]
-    assert world.journal[-1]["outcome"].verdict is Verdict.CONFIRMED
+    assert world.journal[-1]["outcome"]["verdict"] == "confirmed"
 
 
 def test_r2_without_a_journal_everything_but_a_stop_is_refused() -> None:
@@ -305,9 +305,9 @@ def test_every_attempt_is_in_the_journal_refused_ones_too(world: World) -> None:
     world.write("fan-1.frequency_command", 99.0)
     world.write("fan-1.output_frequency", 1.0)
     world.write("fan-1.frequency_command", 9.0)
-    outcomes = [e["outcome"].verdict for e in world.journal if e["kind"] == "outcome"]
-    assert outcomes == [Verdict.REFUSED, Verdict.REFUSED, Verdict.CONFIRMED]
-    assert all(e["by"].who == "erika" for e in world.journal)
+    outcomes = [e["outcome"]["verdict"] for e in world.journal if e["kind"] == "outcome"]
+    assert outcomes == ["refused", "refused", "confirmed"]
+    assert all(e["by"]["who"] == "erika" for e in world.journal if e["kind"] != "boot")
 
 
 def test_a_failed_proof_says_what_the_drive_shows(world: World) -> None:

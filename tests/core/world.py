@@ -6,6 +6,7 @@ core's. Nothing sleeps: time jumps from one thing that is due to the next.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
@@ -33,6 +34,8 @@ from gateway.core.events import (
     Ticked,
     Transmit,
 )
+from gateway.core.memory import Memory, remembered, snapshot_of
+from gateway.core.runs import Boot
 from gateway.mapping.load import builtin_mappings, load_profile
 from gateway.mapping.profile import Profile, SerialFormat
 from gateway.mapping.site import DriveConfig, LineConfig, Rs485, Site
@@ -119,9 +122,16 @@ class World:
 
     Args:
         journal_delay: seconds until a journal entry is on disk.
+        memory: what the journal of an earlier world remembers (`World.memory`): this one is its restart.
     """
 
-    def __init__(self, site: Site | None = None, journal_delay: float = 0.002, **options: Any) -> None:
+    def __init__(
+        self,
+        site: Site | None = None,
+        journal_delay: float = 0.002,
+        memory: Memory | None = None,
+        **options: Any,
+    ) -> None:
         self.site = site or make_site()
         self.core = Core(self.site, "test")
         self.now = 0.0
@@ -129,6 +139,8 @@ class World:
         self.journal: list[dict[str, Any]] = []
         self.journal_problem = ""
         self.journal_delay = journal_delay
+        self._kept: list[Record] = []
+        self._retry = math.inf
         self.port_problem = ""
         self.wire: list[tuple[float, str]] = []
         self._later: list[tuple[float, Event]] = []
@@ -137,8 +149,15 @@ class World:
         drives = build_drives(config, {d.name: Options(**options) for d in config.drives})
         self.drives = drives
         self.simulated = SimulatedLine(wire_timing(config), drives.values())
-        self.feed(Started())
+        self.feed(Started(memory or Memory(), Boot(id="boot", machine="machine")))
         self.session = self.join()
+
+    def memory(self) -> Memory:
+        """What is remembered of this world when it is ended here and now."""
+        memory = Memory()
+        for entry in self.journal:
+            memory.fold(entry)
+        return remembered(snapshot_of(memory))
 
     # -- clients
 
@@ -241,7 +260,7 @@ class World:
 
     def _next_due(self) -> float:
         wake = self.core.wake()
-        times = [self.simulated.due(), *(at for at, _ in self._later)]
+        times = [self.simulated.due(), self._retry, *(at for at, _ in self._later)]
         return max(self.now, min(times if wake is None else [wake, *times]))
 
     def _step(self) -> None:
@@ -249,6 +268,8 @@ class World:
         for item in [item for item in self._later if item[0] <= self.now]:
             self._later.remove(item)
             self.feed(item[1])
+        if self._retry <= self.now:
+            self._write_kept()
         data = self.simulated.advance(self.now)
         if data and not self.port_problem:
             self.feed(Received("north", data))
@@ -263,14 +284,27 @@ class World:
                 self.simulated.receive(data, self.now)
             case Tell(session, message):
                 self.told[session].append(message)
-            case Record(number, entry):
-                self.journal.append({"at": self.now, **entry})
-                self._later.append((self.now + self.journal_delay, Recorded(number, self.journal_problem)))
+            case Record():
+                self._record(action)
             case Open(line):
                 event = PortLost(line, self.port_problem) if self.port_problem else PortOpened(line)
                 self._later.append((self.now + 0.001, event))
             case Close():
                 pass
+
+    def _record(self, record: Record) -> None:
+        """As the journal's thread does it: what is to be kept is written later if it cannot be now."""
+        self._later.append((self.now + self.journal_delay, Recorded(record.number, self.journal_problem)))
+        if not self.journal_problem:
+            self.journal.append({"at": self.now, **record.entry})
+        elif record.keep:
+            self._kept.append(record)
+            self._retry = self.now + 1.0
+
+    def _write_kept(self) -> None:
+        kept, self._kept, self._retry = self._kept, [], math.inf
+        for record in kept:
+            self._record(record)
 
     def _ask(self, request: WriteTag | RunCommand, session: int) -> Callable[[], Outcome | None]:
         self.feed(Asked(session, request))

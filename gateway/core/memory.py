@@ -1,0 +1,48 @@
+"""What the gateway remembers over a restart: a fold over its journal. Pure.
+
+Nothing else is durable. Whoever needs something remembered gives its entries a kind, writes a part like those
+below, whose ``fold`` takes in each entry of the journal and keeps what matters, and adds it to `Memory`. The
+core folds what it records, the journal's thread what it wrote; at the next start the core gets the result
+(`gateway.core.events.Started`). A file of the journal begins with a snapshot of the memory, so that only the
+newest one has to be read.
+
+Parts are plain data: they must come back from JSON as they were. A field that an older snapshot does not
+have gets its default, so give each one.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import msgspec
+from msgspec import field
+
+from gateway.core.attempts import Attempts
+from gateway.core.chain import SNAPSHOT, Entry
+from gateway.core.runs import Runs
+
+
+class Memory(msgspec.Struct, kw_only=True):
+    """Everything remembered, part by part."""
+
+    runs: Runs = field(default_factory=Runs)
+    attempts: Attempts = field(default_factory=Attempts)
+
+    def fold(self, entry: Entry) -> None:
+        """Take in one entry."""
+        for name in self.__struct_fields__:
+            getattr(self, name).fold(entry)
+
+
+def snapshot_of(memory: Memory) -> dict[str, Any]:
+    """The entry that holds a whole memory."""
+    return {"kind": SNAPSHOT, "memory": msgspec.to_builtins(memory, str_keys=True)}
+
+
+def remembered(snapshot: Entry) -> Memory:
+    """The memory in a snapshot.
+
+    Raises:
+        msgspec.ValidationError: if there is none.
+    """
+    return msgspec.convert(snapshot.get("memory"), Memory, str_keys=True)

@@ -188,8 +188,8 @@ class LineHealth(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Alarm(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """Something that somebody has to look at. ``subject`` is a drive, a line or ``gateway``; the times are
-    wall-clock nanoseconds, 0 when that has not happened."""
+    """Something that somebody has to look at. ``subject`` is a drive, a line (``_north``) or the gateway
+    itself (``_gateway``); the times are wall-clock nanoseconds, 0 when that has not happened."""
 
     key: str
     """What it is acknowledged by: ``fan-1.restarted``."""

@@ -18,15 +18,12 @@ from gateway.tag import Cause, Event, Instant, Origin, Outcome, Role, Verdict
 RAISED, CLEARED, ACKNOWLEDGED = "alarm_raised", "alarm_cleared", "alarm_acknowledged"
 """Names of the events that tell of alarms; the journal says the same."""
 
-GATEWAY = "gateway"
-"""The subject of alarms that belong to no drive and no line."""
-
 Listener = Callable[[Alarm, Origin], None]
 """Told of each alarm that is acknowledged, and by whom."""
 
 
 class Alarms:
-    """All alarms that stand.
+    """All alarms that stand. Their subjects are drives, lines (``_north``) and the gateway (``_gateway``).
 
     Args:
         tell: passes an event on to the clients.

@@ -29,9 +29,10 @@ from gateway.bridge.messages import (
     WriteTag,
     Wrong,
 )
-from gateway.core.alarms import GATEWAY, Alarms
+from gateway.core.alarms import Alarms
 from gateway.core.catalogue import catalogue_of
 from gateway.core.clients import Clients
+from gateway.core.commloss import CommLossWatch
 from gateway.core.demanded import demand_for
 from gateway.core.diagnostics import register
 from gateway.core.drive import Drive
@@ -64,7 +65,7 @@ from gateway.core.trail import Trail
 from gateway.core.watch import Watchkeeper
 from gateway.line import interface as line_does
 from gateway.mapping.site import Site
-from gateway.tag import Instant, Sample
+from gateway.tag import GATEWAY, Instant, Sample
 
 UnitAction = line_does.BlockRead | line_does.BlockFailed | line_does.UnitUp | line_does.UnitDown
 
@@ -110,6 +111,9 @@ class Core:
             self._selected.read,
         )
         self._watchkeeper = Watchkeeper(self.drives, dict(site.rates), self.polling, self.clients)
+        self._comm_loss = CommLossWatch(
+            self.drives, self.polling, self.alarms, self.own, self._reads.start, self._replan
+        )
         self._health = Wellbeing(
             site.lines, self.lines, self.clients, self._watchkeeper, self.alarms, self.trail
         )
@@ -123,6 +127,7 @@ class Core:
         self._now = now
         self.trail.moment(now)
         self._selected.moment(now)
+        self._comm_loss.moment(now)
         self._handle(event)
         self._settle()
         actions, self._actions = self._actions, []
@@ -136,6 +141,7 @@ class Core:
             self._selected.wake(),
             self.polling.next_check(),
             self.own.wake(),
+            self._comm_loss.wake(),
         ]
         return min((time for time in times if time is not None), default=None)
 
@@ -151,6 +157,7 @@ class Core:
                 self._selected.tick(self._now)
                 self.polling.check_ages(self._now)
                 self.own.tick(self._now)
+                self._comm_loss.tick(self._now)
             case PortOpened() | PortLost():
                 self._port(event)
             case Asked(session, request):
@@ -277,6 +284,7 @@ class Core:
                 self._job_done(line, id, result, at)
             case line_does.PlanChanged():
                 self._watchkeeper.plan_changed(line, self.lines.plan(line), self._now)
+                self._comm_loss.plan_changed(line, self.lines.plan(line), self._now)
             case _:
                 self._unit_did(self.lines.drive(line, action.unit), action)
 
@@ -288,8 +296,10 @@ class Core:
                 self.polling.failed(drive, action, self._now)
             case line_does.UnitUp():
                 self._watchkeeper.drive_up(drive, self._now)
+                self._comm_loss.drive_up(drive, self._now)
             case line_does.UnitDown():
                 self._watchkeeper.drive_down(drive, action.reason, self._now)
+                self._comm_loss.drive_down(drive)
 
     def _job_done(self, line: str, job: int, result: line_does.Result, at: float) -> None:
         request = self.lines.done(job)
@@ -311,6 +321,7 @@ class Core:
         """The demands on these tags changed: tell their lines what is wanted now."""
         self._selected.changed(tags)
         self.own.demanded(tags, self._now.mono)
+        self._comm_loss.demanded(tags, self._now)
         for line in self.polling.lines_of(tags):
             self.lines.demand(line, self.polling.wants(line), self._now.mono)
 

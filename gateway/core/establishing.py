@@ -63,15 +63,17 @@ def holds_now(drive: Drive, store: Store, condition: Condition, now: float) -> G
 
 
 def fresh_sample(
-    drive: Drive, store: Store, point: Point, now: float, why: str
+    drive: Drive, store: Store, point: Point, now: float, why: str, oldest: float | None = None
 ) -> Generator[Effect, Any, Sample]:
-    """A good sample of a point, read now if the one at hand is too old.
+    """A good sample of a point, read now if the one at hand is from before ``oldest`` (monotonic; None: as
+    for a precondition).
 
     Raises:
         Ended: if it could not be read; ``why`` begins the reason.
     """
     held = store.get(drive.tag(point.name))
-    oldest = now if point.kind is Kind.PARAMETER else now - FRESH_SECONDS
+    if oldest is None:
+        oldest = now if point.kind is Kind.PARAMETER else now - FRESH_SECONDS
     if held is None or held.sample.quality is not Quality.GOOD or held.at < oldest:
         request = Read(drive.unit, point.address, point.words)
         finished = yield from read(request, Priority.COMMAND, now + READ_SECONDS)

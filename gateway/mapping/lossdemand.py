@@ -42,6 +42,25 @@ def judge(loss: CommLoss, demand: LossDemand, look: Look) -> Judgement:
     return _in_time(loss, demand.within, look) if stops.met and demand.within is not None else stops
 
 
+def described(loss: CommLoss, look: Look) -> str | None:
+    """What the drive does when the line dies, in words; None while it is not known yet."""
+    if loss.blind:
+        return "keeps running: its settings tell it not to watch the line"
+    action = look(loss.action) if loss.action else None
+    does = f"{loss.action} is {action.text}" if action else ""
+    if loss.stops_when is None:
+        return does or (None if loss.action else "not known")
+    if any(_contradictions((*loss.when, *loss.stops_when), look)):
+        return f"keeps running: {does}" if does else "keeps running"
+    if _missing(loss, look):
+        return None
+    after = loss.after if loss.after is not None or not loss.after_from else look(loss.after_from)
+    seconds = (
+        f" {float(after.number if isinstance(after, Shown) else after):g} s" if after is not None else ""
+    )
+    return f"stops{' after' + seconds if seconds else ''}: {does}" if does else "stops"
+
+
 def settings_of(drive: DriveConfig) -> Look:
     """Looks at the settings of a drive, and at nothing that only the drive itself could show."""
 

@@ -31,7 +31,9 @@ def _named(points: Iterable[OwnPoint]) -> Mapping[str, OwnPoint]:
 
 _NUMBER, _TEXT = ValueType.NUMBER, ValueType.TEXT
 
-OF_A_DRIVE: Mapping[str, OwnPoint] = _named(())
+OF_A_DRIVE: Mapping[str, OwnPoint] = _named(
+    (OwnPoint("_comm_loss", "What the drive does when the line dies", _TEXT, group="supervision"),)
+)
 """What the gateway adds to each drive."""
 
 OF_A_LINE: Mapping[str, OwnPoint] = _named(

@@ -5,7 +5,7 @@ The drives, the wire and their faults are pure models in time; `live` runs them 
 
 from gateway.simulator.bank import UnsupportedError
 from gateway.simulator.faults import CorruptByte, DelayReply, DropReply, NoiseBefore
-from gateway.simulator.happening import Cured, Options, Panel, PowerCycle, Trip
+from gateway.simulator.happening import Cured, Options, Panel, PanelSets, PowerCycle, Trip
 from gateway.simulator.live import SimulatedLine
 from gateway.simulator.site import run
 
@@ -17,6 +17,7 @@ __all__ = [
     "NoiseBefore",
     "Options",
     "Panel",
+    "PanelSets",
     "PowerCycle",
     "SimulatedLine",
     "Trip",

@@ -29,11 +29,19 @@ class Panel:
 
 
 @dataclass(frozen=True, slots=True)
+class PanelSets:
+    """A hand on the panel changes a parameter or a mode: the name of a point, and its raw value."""
+
+    point: str
+    raw: int
+
+
+@dataclass(frozen=True, slots=True)
 class PowerCycle:
     """The mains go and return: commands and faults are forgotten, parameters are kept."""
 
 
-Happening = Trip | Cured | Panel | PowerCycle
+Happening = Trip | Cured | Panel | PanelSets | PowerCycle
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

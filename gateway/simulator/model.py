@@ -20,7 +20,7 @@ from gateway.simulator.bank import Bank
 from gateway.simulator.broadcast import Receiver
 from gateway.simulator.display import Display
 from gateway.simulator.frame import LineError, Request
-from gateway.simulator.happening import Cured, Happening, Options, Panel, PowerCycle, Trip
+from gateway.simulator.happening import Cured, Happening, Options, Panel, PanelSets, PowerCycle, Trip
 from gateway.simulator.memory import Memory
 from gateway.simulator.motion import FREQUENCY, Motion
 from gateway.simulator.refusal import RefusalError
@@ -188,6 +188,9 @@ class TwinModel:
                 self._trouble.cure(warning)
             case Panel():
                 self._motion.panel = happening
+            case PanelSets(point, raw):
+                self.bank.put(point, raw)
+                self._memory.keep()
             case PowerCycle():
                 self._power_up()
 

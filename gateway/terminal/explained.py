@@ -9,6 +9,7 @@ from typing import Any
 from gateway.bridge.api import CommandInfo, Demand, DriveInfo, PointInfo, Reading
 from gateway.mapping.profile import Command, Point, Profile
 from gateway.mapping.site import DriveConfig, Site
+from gateway.terminal.losing import loss_text
 from gateway.terminal.profiles import command_object, point_object
 from gateway.terminal.sheet import command_text, doubt_text, notes, place_text, source_text
 
@@ -127,6 +128,8 @@ def _point_facts(found: Explained, point: Point) -> Iterator[tuple[str, str]]:
         yield "range", f"{found.info.low}..{found.info.high} {encoding.symbol or ''}".rstrip()
     for text in notes(point, doubts=False):
         yield "note", text
+    if point.name in found.profile.serial.comm_loss.names:
+        yield "line dies", f"decides what {found.config.name} does then: {loss_text(found.config)}"
     yield (
         "access",
         f"{point.access}, rate {point.rate}" + (f", written by {point.role}" if point.role else ""),

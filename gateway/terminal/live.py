@@ -8,9 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 from gateway.bridge.api import DriveInfo, PointInfo
+from gateway.mapping.lossdemand import Shown, described, judge, settings_of
 from gateway.mapping.profile import Profile
 from gateway.mapping.site import DriveConfig
 from gateway.tag import Quality, Sample, split_tag
@@ -48,7 +50,8 @@ class Found:
         if not self.answers:
             reasons = {s.reason for s in self.samples.values() if s.quality in _AWAY and s.reason}
             return [f"it does not answer: {', '.join(sorted(reasons)) or 'nothing could be read'}"]
-        return [told for name in self.samples for told in self._contradiction(name)]
+        told = [told for name in self.samples for told in self._contradiction(name)]
+        return [*told, *self._loss_contradiction()]
 
     @property
     def remarks(self) -> list[str]:
@@ -71,6 +74,20 @@ class Found:
         commands = [c for name, c in self.config.profile.commands.items() if name in RUNNING]
         names = dict.fromkeys([*SOURCES, *(term.name for c in commands for term in c.only_when)])
         return {name: text for name in names if (text := self.shown(name)) is not None}
+
+    def look(self, name: str) -> Shown | None:
+        """The value of a point, or else of a setting, as a number and in words."""
+        sample = self.samples.get(name)
+        if sample is None or sample.value is None or isinstance(sample.value, str):
+            return settings_of(self.config)(name)
+        return Shown(Fraction(str(float(sample.value))), value_text(sample, self.point(name)))
+
+    def _loss_contradiction(self) -> Iterator[str]:
+        """What the site demands of the drive when the line dies, and the drive does not."""
+        if self.config.comm_loss is not None:
+            judgement = judge(self.config.profile.serial.comm_loss, self.config.comm_loss, self.look)
+            if not judgement.met:
+                yield judgement.reason
 
     def point(self, name: str) -> PointInfo:
         """A point as clients know it."""
@@ -117,6 +134,7 @@ def found_object(seen: Found) -> dict[str, Any]:
         "unread": list(seen.unread),
         "sources": seen.sources,
         "comm_loss_action": _comm_loss(seen),
+        "comm_loss": described(seen.config.profile.serial.comm_loss, seen.look),
         "contradictions": seen.contradictions,
         "remarks": seen.remarks,
     }
@@ -131,13 +149,14 @@ def found_lines(seen: Found) -> Iterator[str]:
         good = sum(sample.quality is Quality.GOOD for sample in seen.samples.values())
         yield f"  read: {good} of {len(seen.samples)} points have a value"
         yield from (f"  {name}: {text}" for name, text in seen.sources.items())
-        yield f"  when the line dies: {_comm_loss(seen) or 'not known'}"
+        yield f"  when the line dies: {_loss_text(seen)}"
     yield from (f"  contradiction: {text}" for text in seen.contradictions)
     yield from (f"  remark: {text}" for text in seen.remarks)
 
 
 def _remarks(seen: Found) -> Iterator[str]:
-    if _comm_loss(seen) == KEEP_RUNNING:
+    blind = seen.config.profile.serial.comm_loss.blind
+    if seen.config.comm_loss is None and (blind or _comm_loss(seen) == KEEP_RUNNING):
         yield "the drive keeps running when the line dies: nothing can stop it from here then"
     for name in seen.config.ranges:
         if name in seen.samples and _is_outside(seen.point(name), seen.samples[name]):
@@ -158,6 +177,13 @@ def _comm_loss(seen: Found) -> str | None:
     """What the drive says, or the site says of it, that it does when the line dies."""
     action = seen.config.profile.serial.comm_loss.action
     return seen.shown(action) if action else None
+
+
+def _loss_text(seen: Found) -> str:
+    """As the profile understands the action; the action alone where it does not."""
+    loss = seen.config.profile.serial.comm_loss
+    understood = described(loss, seen.look) if loss.stops_when is not None or loss.blind else None
+    return understood or _comm_loss(seen) or "not known"
 
 
 def _is_unnamed(point: PointInfo, sample: Sample) -> bool:

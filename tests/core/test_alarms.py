@@ -131,11 +131,11 @@ def test_r2_a_journal_that_cannot_be_written_is_an_alarm_that_health_shows() -> 
     world.feed(Asked(world.session, AskHealth(1000)))
     [health] = [m.health for m in world.told[world.session] if isinstance(m, HealthIs)]
     [alarm] = health.alarms
-    assert alarm.key == "gateway.journal"
+    assert alarm.key == "_gateway.journal"
     assert "disk full" in alarm.text
     assert "alarm_raised" in world.events()
     world.journal_problem = ""
-    world.feed(Asked(world.session, Acknowledge(1001, "gateway.journal", OPERATOR)))
+    world.feed(Asked(world.session, Acknowledge(1001, "_gateway.journal", OPERATOR)))
     [done] = [m.outcome for m in world.told[world.session] if isinstance(m, Done) and m.id == 1001]
     assert done.verdict is Verdict.CONFIRMED
     world.run(0.5)

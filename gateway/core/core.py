@@ -142,6 +142,7 @@ class Core:
             self.polling.next_check(),
             self.own.wake(),
             self._comm_loss.wake(),
+            self.trail.wake(),
         ]
         return min((time for time in times if time is not None), default=None)
 
@@ -158,12 +159,15 @@ class Core:
                 self.polling.check_ages(self._now)
                 self.own.tick(self._now)
                 self._comm_loss.tick(self._now)
+                self.trail.tick()
+                self._journal()
             case PortOpened() | PortLost():
                 self._port(event)
             case Asked(session, request):
                 self._asked(session, request)
             case Recorded(number, problem):
-                self._journal(problem)
+                self.trail.recorded(number, problem)
+                self._journal()
                 self._writes.recorded(number, problem, self._now)
             case Joined() | Left():
                 self._client(event)
@@ -188,13 +192,16 @@ class Core:
                 "writes": about.writes_enabled,
             },
         )
+        if event.broken:
+            text = f"the journal was changed by somebody else: {event.broken}"
+            self.alarms.raise_(GATEWAY, "journal_broken", text, self._now, once=True)
         self._writes.restore(event.memory)
         self._replan(self._watchkeeper.start())
         self.lines.start(self._now.mono)
 
-    def _journal(self, problem: str) -> None:
-        """An entry is on disk, or could not be written: everything but a stop waits for that (R2)."""
-        self.trail.problem = problem
+    def _journal(self) -> None:
+        """R2: while the journal cannot be written, nothing but a stop is obeyed, and an alarm says so."""
+        problem = self.trail.problem
         self.alarms.set(
             GATEWAY, "journal", problem and f"the journal cannot be written: {problem}", self._now
         )

@@ -77,12 +77,16 @@ class Recorded:
 
 @dataclass(frozen=True, slots=True)
 class Started:
-    """Begin: open the ports. ``memory`` is what the journal remembers of earlier runs; ``found`` tells what
-    was wrong with the journal, if anything was."""
+    """Begin: open the ports.
+
+    ``memory`` is what the journal remembers of earlier runs; ``broken`` tells where its chain is, if it is;
+    ``cut`` is how many bytes at its end were no whole entry.
+    """
 
     memory: Memory = field(default_factory=Memory, hash=False)
     boot: Boot = field(default_factory=Boot)
-    found: str = ""
+    broken: str = ""
+    cut: int = 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,8 +16,8 @@ import structlog
 
 from gateway.core.disk import Folder
 from gateway.core.events import Record, Recorded
-from gateway.core.ledger import Ledger
-from gateway.core.memory import Memory
+from gateway.core.ledger import Found, Ledger
+from gateway.core.trail import STAMPS
 
 log = structlog.get_logger(__name__)
 
@@ -57,27 +57,31 @@ class Journal:
         self._ledger = ledger or Ledger(Folder(folder))
         self._queue: queue.SimpleQueue[Record | None] = queue.SimpleQueue()
         self._waiting: list[Waiting] = []
-        self._lost = 0
+        self._overrun = 0  # lost before they got into the queue; counted by the caller's thread
+        self._lost = 0  # lost in the end
+        self._told_lost = 0  # of both, those on record as lost
         self._ending = False
         self._thread = threading.Thread(target=self._run, name="journal", daemon=True)
 
-    def start(self) -> tuple[Memory, str]:
-        """Read back what was written, and begin. What is remembered, and what is wrong with the files.
+    def start(self) -> Found:
+        """Read back what was written, and begin.
 
         Raises:
             OSError: if the files cannot be read.
         """
-        memory, problem = self._ledger.open()
-        if problem:
-            log.warning("journal", found=problem)
+        found = self._ledger.open()
+        if found.broken or found.cut:
+            log.warning("journal", broken=found.broken, cut=found.cut)
         self._thread.start()
-        return memory, problem
+        return found
 
     def append(self, record: Record) -> None:
         """Have an entry written; `Report` tells when it is on disk, or that it cannot be."""
         if self._queue.qsize() < BACKLOG:
             self._queue.put(record)
-        elif not record.keep:
+        elif record.keep:
+            self._overrun += 1
+        else:
             self._report([Recorded(record.number, "the disk does not keep up")])
 
     def close(self) -> None:
@@ -108,28 +112,31 @@ class Journal:
     def _flush(self) -> bool:
         """Write one batch; False when that failed."""
         batch = self._waiting[:BATCH]
+        entries = [waiting.record.entry for waiting in batch]
+        lost = self._lost + self._overrun
+        if lost > self._told_lost:
+            stamps = {name: entries[0][name] for name in STAMPS if name in entries[0]}
+            entries.insert(0, {"kind": "lost", **stamps, "entries": lost - self._told_lost})
         try:
-            self._ledger.write([waiting.record.entry for waiting in batch])
+            self._ledger.write(entries)
         except OSError as error:
             self._failed(f"{self._folder}: {error.strerror or error}")
             return False
+        self._told_lost = lost
         del self._waiting[: len(batch)]
         self._report([Recorded(waiting.record.number) for waiting in batch])
         return True
 
     def _failed(self, problem: str) -> None:
         self._report([Recorded(w.record.number, problem) for w in self._waiting if not w.told])
-        kept = [Waiting(w.record, told=True) for w in self._waiting if w.record.keep]
-        while len(kept) > BACKLOG:
-            kept = self._thinned(kept)
-        self._waiting = kept
+        self._waiting = [Waiting(w.record, told=True) for w in self._waiting if w.record.keep]
+        while len(self._waiting) > BACKLOG:
+            self._thin()
 
-    def _thinned(self, kept: list[Waiting]) -> list[Waiting]:
-        """Without the older half of the refusals, or, where there are none, without the oldest tenth."""
-        refusals = [waiting for waiting in kept if waiting.refusal]
-        gone = refusals[: len(refusals) // 2 + 1] if refusals else kept[1 : BACKLOG // 10]
+    def _thin(self) -> None:
+        """Lose the older half of the refusals, or, where there are none, the oldest tenth of all."""
+        refusals = [waiting for waiting in self._waiting if waiting.refusal]
+        gone = refusals[: len(refusals) // 2 + 1] if refusals else self._waiting[: BACKLOG // 10 + 1]
         self._lost += len(gone)
         ids = {id(waiting) for waiting in gone}
-        left = [w for w in kept if id(w) not in ids and w.record.entry["kind"] != "lost"]
-        lost = left[0].record.entry | {"kind": "lost", "entries": self._lost}
-        return [Waiting(Record(0, lost), told=True), *left]
+        self._waiting = [waiting for waiting in self._waiting if id(waiting) not in ids]

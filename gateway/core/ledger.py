@@ -11,13 +11,16 @@ from __future__ import annotations
 import contextlib
 import errno
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import msgspec
+import structlog
 
 from gateway.core.chain import SNAPSHOT, Entry, Head, Line, lines_of, seal
 from gateway.core.disk import Disk, File
 from gateway.core.memory import Memory, remembered, snapshot_of
+
+log = structlog.get_logger(__name__)
 
 ROTATE_BYTES = 16 * 1024 * 1024
 KEEP_FILES = 20
@@ -42,7 +45,10 @@ class Found:
     """None: a new file has to be begun."""
     litter: list[str] = field(default_factory=list)
     """Files that were created and never came to hold anything."""
-    problem: str = ""
+    broken: str = ""
+    """Where the chain is broken, if it is."""
+    cut: int = 0
+    """Bytes behind the last entry: of one that was never finished. They go when the next one is written."""
 
 
 class Ledger:
@@ -60,14 +66,14 @@ class Ledger:
         self._found = Found()
         self._file: File | None = None
 
-    def open(self) -> tuple[Memory, str]:
-        """Read back what is there: the memory that it makes, and what is wrong with it in words.
+    def open(self) -> Found:
+        """Read back what is there. The memory in it is the caller's own.
 
         Raises:
             OSError: if the files cannot be read.
         """
         self._found = find(self._disk)
-        return remembered(snapshot_of(self._found.memory)), self._found.problem
+        return replace(self._found, memory=remembered(snapshot_of(self._found.memory)))
 
     def write(self, entries: Sequence[Entry]) -> None:
         """Have entries on the disk when this returns.
@@ -104,7 +110,8 @@ class Ledger:
         self._found.head = head
         self._found.place = Place(place.name, place.size + len(data), lines[-1])
         for entry in entries:
-            self._found.memory.fold(entry)
+            if problem := self._found.memory.fold(entry):
+                log.error("journal entry not remembered", problem=problem, entry=entry)
 
     def _ready(self) -> File:
         """The file to write to, with nothing behind its last whole entry."""
@@ -128,7 +135,7 @@ class Ledger:
             try:
                 if file.read(place.size - len(place.last), len(place.last)) == place.last:
                     file.cut(place.size)
-                    file.sync()
+                    file.sync()  # or what is written next could get mixed with what was cut off
                     return file
             except OSError:
                 file.close()
@@ -146,7 +153,7 @@ class Ledger:
         file = self._disk.create(name)
         try:
             file.append(line)
-            file.sync()
+            file.sync()  # older files go only when this one can stand for them
             self._disk.sync()
         except OSError:
             file.close()
@@ -203,13 +210,16 @@ def _take(found: Found, name: str, data: bytes) -> None:
 def _understood(found: Found, name: str, line: Line) -> Iterator[str]:
     """Fold the entry of a line into the memory; tells if that cannot be done."""
     assert line.entry is not None
-    try:
-        if line.entry["kind"] == SNAPSHOT:
+    problem = ""
+    if line.entry["kind"] != SNAPSHOT:
+        problem = found.memory.fold(line.entry)
+    else:
+        try:
             found.memory = remembered(line.entry)
-        else:
-            found.memory.fold(line.entry)
-    except (LookupError, TypeError, ValueError, AttributeError, msgspec.MsgspecError) as error:
-        yield f"{name}:{line.number}: cannot be understood: {error!r}"
+        except msgspec.ValidationError as error:
+            problem = str(error)
+    if problem:
+        yield f"{name}:{line.number}: {problem}"
 
 
 def _settle(
@@ -222,11 +232,10 @@ def _settle(
     if last is None or problems:
         found.place = None
         found.head = Head(max(found.head.n, _number(name)), found.head.hash)
-        found.problem = problems[0] if problems else f"{name}: holds no entries"
+        found.broken = problems[0] if problems else f"{name}: holds no entries"
         return
     found.place = Place(name, end, data[last.start : last.end])
-    if end < len(data):
-        found.problem = f"{name}: {len(data) - end} bytes of an entry that was never finished are cut off"
+    found.cut = len(data) - end
 
 
 def _number(name: str) -> int:

@@ -28,10 +28,15 @@ class Memory(msgspec.Struct, kw_only=True):
     runs: Runs = field(default_factory=Runs)
     attempts: Attempts = field(default_factory=Attempts)
 
-    def fold(self, entry: Entry) -> None:
-        """Take in one entry."""
+    def fold(self, entry: Entry) -> str:
+        """Take in one entry. A part that does not understand it passes it over; that is told in words."""
+        problem = ""
         for name in self.__struct_fields__:
-            getattr(self, name).fold(entry)
+            try:
+                getattr(self, name).fold(entry)
+            except (LookupError, TypeError, ValueError, AttributeError, msgspec.MsgspecError) as error:
+                problem = f"{name} does not understand it: {error!r}"
+        return problem
 
 
 def snapshot_of(memory: Memory) -> dict[str, Any]:

@@ -97,8 +97,8 @@ class Shell:
         Raises:
             OSError: if the journal cannot be read.
         """
-        memory, found = self._journal.start()
-        self.feed(Started(memory, this_boot(), found))
+        found = self._journal.start()
+        self.feed(Started(found.memory, this_boot(), found.broken, found.cut))
 
     async def ports_tried(self, seconds: float) -> None:
         """Wait until every port was opened or found to be in trouble, at most so long."""

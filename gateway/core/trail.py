@@ -6,6 +6,7 @@ An entry is plain JSON data with a ``kind``. Stamped onto it are ``time`` (wall,
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -17,8 +18,14 @@ from gateway.tag import Instant
 
 Facts = Mapping[str, Any]
 
+STAMPS = ("time", "mono", "lived", "boot")
+"""What each entry has beside its ``kind`` and what that tells."""
+
 JUMP_SECONDS = 1.0
 """A change of the wall clock by more than this is put on record (safety.md H22)."""
+
+HANGING = 5.0
+"""Seconds after which a disk that does not answer counts as one that cannot be written."""
 
 
 class Trail:
@@ -32,6 +39,8 @@ class Trail:
         self._lived = 0.0
         self._now = Instant(0.0, 0)
         self._last = 0
+        self._unanswered: deque[tuple[int, float]] = deque()
+        """Entries of which nothing was heard yet, and when they were recorded (monotonic)."""
 
     def start(self, started: Started, facts: Facts) -> None:
         """Put this start of the gateway on record, with ``facts`` about it."""
@@ -43,7 +52,8 @@ class Trail:
                 "machine": started.boot.machine,
                 "run": started.memory.runs.count + 1,
                 "ended": started.memory.runs.ended,
-                "found": started.found,
+                "broken": started.broken,
+                "cut": started.cut,
                 **facts,
             }
         )
@@ -64,6 +74,22 @@ class Trail:
         """The lived time now, in seconds."""
         return self._lived + self._now.mono
 
+    def recorded(self, number: int, problem: str) -> None:
+        """An entry is on disk, or could not be written."""
+        while self._unanswered and self._unanswered[0][0] <= number:
+            self._unanswered.popleft()
+        self.problem = problem
+
+    def wake(self) -> float | None:
+        """When `tick` is next needed (monotonic)."""
+        return self._unanswered[0][1] + HANGING if self._unanswered and not self.problem else None
+
+    def tick(self) -> None:
+        """R2: a disk that does not answer is as bad as one that says no."""
+        wake = self.wake()
+        if wake is not None and wake <= self._now.mono:
+            self.problem = f"the disk has not answered for {HANGING:g} s"
+
     def record(self, entry: Facts, keep: bool = True) -> int:
         """Have an entry written; the number that `Recorded` will name. One that is to be kept is written
         later if it cannot be now; another is dropped then, and whoever waits for it is told."""
@@ -75,5 +101,6 @@ class Trail:
             "lived": round(self.lived, 3),
             "boot": self._boot.id,
         }
+        self._unanswered.append((self._last, self._now.mono))
         self._act(Record(self._last, stamped | msgspec.to_builtins(entry, str_keys=True), keep))
         return self._last

@@ -110,7 +110,7 @@ class Writes:
             number = check_value(drive, self._polling.store, point, request.value, point_name)
             setpoint = request.target if is_setpoint(point) else None
             ask = self._ask(drive, request.target, request, now, setpoint=setpoint, wanted=request.value)
-            to_zero = setpoint is not None and number == 0
+            to_zero = setpoint is not None and number == 0 and not point.encoding.values
             ask = dataclasses.replace(ask, then=point.then, to_zero=to_zero)
             return ask, write_point(ask, self._polling.store, point, number)
 

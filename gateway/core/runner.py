@@ -87,8 +87,8 @@ class Runner:
         self._store = store
         self._running: dict[int, Running] = {}
         self._jobs: dict[int, int] = {}
-        self._notes: dict[int, tuple[int, int]] = {}
-        """Ask and frame of the intents that are not on disk yet."""
+        self._notes: dict[int, tuple[int, int, bool]] = {}
+        """Of the intents that are not on disk yet: ask, frame, and whether they get there in any case."""
         self._lanes: dict[str, deque[int]] = {}
 
     def start(self, ask: Ask, procedure: Procedure, now: float) -> None:
@@ -125,11 +125,11 @@ class Runner:
 
     def recorded(self, note: int, problem: str, now: float) -> None:
         """A journal entry is on disk, or could not be written."""
-        ask, frame = self._notes.pop(note, (-1, 0))
+        ask, frame, kept = self._notes.pop(note, (-1, 0, False))
         running = self._running.get(ask)
         if running is not None and running.note == note:
             self._noted(running, problem, now)
-        elif ask >= 0 and not problem:
+        elif ask >= 0 and (kept or not problem):
             self._services.record({"kind": "unsent", "ask": ask, "frame": frame})
 
     def admits(self, job: int) -> bool:
@@ -229,7 +229,7 @@ class Runner:
         number = self._services.record(entry, effect.keep)
         if effect.patience is not None:
             running.note, running.wake = number, now + effect.patience
-            self._notes[number] = (running.ask.number, running.frames)
+            self._notes[number] = (running.ask.number, running.frames, effect.keep)
 
     def _noted(self, running: Running, problem: str, now: float) -> None:
         """An intent is on disk, or the problem says why it is not, or not yet."""

@@ -32,7 +32,6 @@ from gateway.bridge.messages import (
 from gateway.core.alarms import Alarms
 from gateway.core.catalogue import catalogue_of
 from gateway.core.clients import Clients
-from gateway.core.commloss import CommLossWatch
 from gateway.core.demanded import demand_for
 from gateway.core.diagnostics import register
 from gateway.core.drive import Drive
@@ -56,6 +55,7 @@ from gateway.core.events import (
 )
 from gateway.core.health import Wellbeing
 from gateway.core.lines import Lines
+from gateway.core.oversight import Oversight
 from gateway.core.own import OwnTags
 from gateway.core.polling import Polling
 from gateway.core.reads import Reads
@@ -111,7 +111,7 @@ class Core:
             self._selected.read,
         )
         self._watchkeeper = Watchkeeper(self.drives, dict(site.rates), self.polling, self.clients)
-        self._comm_loss = CommLossWatch(
+        self._oversight = Oversight(
             self.drives, self.polling, self.alarms, self.own, self._reads.start, self._replan
         )
         self._health = Wellbeing(
@@ -127,7 +127,7 @@ class Core:
         self._now = now
         self.trail.moment(now)
         self._selected.moment(now)
-        self._comm_loss.moment(now)
+        self._oversight.moment(now)
         self._handle(event)
         self._settle()
         actions, self._actions = self._actions, []
@@ -141,7 +141,7 @@ class Core:
             self._selected.wake(),
             self.polling.next_check(),
             self.own.wake(),
-            self._comm_loss.wake(),
+            self._oversight.wake(),
             self.trail.wake(),
         ]
         return min((time for time in times if time is not None), default=None)
@@ -158,7 +158,7 @@ class Core:
                 self._selected.tick(self._now)
                 self.polling.check_ages(self._now)
                 self.own.tick(self._now)
-                self._comm_loss.tick(self._now)
+                self._oversight.tick(self._now)
                 self.trail.tick()
                 self._journal()
             case PortOpened() | PortLost():
@@ -214,6 +214,7 @@ class Core:
             self._health.line_down(event.line, event.reason)
             self.lines.port_lost(event.line, event.reason, self._now.mono)
             self._watchkeeper.line_down(event.line, event.reason, self._now)
+            self._oversight.line_down(event.line)
 
     def _client(self, event: Joined | Left) -> None:
         if isinstance(event, Joined):
@@ -291,7 +292,7 @@ class Core:
                 self._job_done(line, id, result, at)
             case line_does.PlanChanged():
                 self._watchkeeper.plan_changed(line, self.lines.plan(line), self._now)
-                self._comm_loss.plan_changed(line, self.lines.plan(line), self._now)
+                self._oversight.plan_changed(line, self.lines.plan(line), self._now)
             case _:
                 self._unit_did(self.lines.drive(line, action.unit), action)
 
@@ -303,10 +304,10 @@ class Core:
                 self.polling.failed(drive, action, self._now)
             case line_does.UnitUp():
                 self._watchkeeper.drive_up(drive, self._now)
-                self._comm_loss.drive_up(drive, self._now)
+                self._oversight.drive_up(drive, self._now)
             case line_does.UnitDown():
                 self._watchkeeper.drive_down(drive, action.reason, self._now)
-                self._comm_loss.drive_down(drive)
+                self._oversight.drive_down(drive)
 
     def _job_done(self, line: str, job: int, result: line_does.Result, at: float) -> None:
         request = self.lines.done(job)
@@ -328,7 +329,7 @@ class Core:
         """The demands on these tags changed: tell their lines what is wanted now."""
         self._selected.changed(tags)
         self.own.demanded(tags, self._now.mono)
-        self._comm_loss.demanded(tags, self._now)
+        self._oversight.demanded(tags, self._now)
         for line in self.polling.lines_of(tags):
             self.lines.demand(line, self.polling.wants(line), self._now.mono)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from fractions import Fraction
 
+from gateway.core.expected import Expected
 from gateway.line.interface import UnitFacts
 from gateway.mapping.profile import Limits, Point, Profile, Table, Word
 from gateway.mapping.site import DriveConfig
@@ -30,6 +31,10 @@ class Drive:
         self.image: dict[int, int] = {}
         self.owed: set[str] = set()
         """Commands that have to follow writes that were made (`Point.then`)."""
+        self.doubt = ""
+        """Why it may be of another model than the site says; then nothing of it is believed but what it is
+        recognised by."""
+        self.expected = Expected(self.profile.points, depends_on)
         self.selection: dict[str, int] = {}
         """Selectors and the raw values that they hold, as far as that is known."""
         self.facts = unit_facts(config)

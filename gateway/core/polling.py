@@ -143,6 +143,8 @@ class Polling:
         for slot in readout.slots(block.address, count):
             reading = readout.reading(slot, block.words[slot.start : slot.end])
             sample = self._sample(slot.tag, reading, time)
+            if drive.doubt:
+                sample = doubted(drive, slot.point, sample)
             self.store.put(sample, block.at)
             samples.append(sample)
         self._ages.came(drive.name, block.address, count, block.at)
@@ -151,7 +153,7 @@ class Polling:
     def take(self, drive: Drive, point: Point, words: Sequence[int], at: float, now: Instant) -> Sample:
         """One point's registers were read by themselves."""
         reading = reading_of(drive, self.store, point, words)
-        sample = self._sample(drive.tag(point.name), reading, wall_of(at, now))
+        sample = doubted(drive, point, self._sample(drive.tag(point.name), reading, wall_of(at, now)))
         self.store.put(sample, at)
         self._publish([sample])
         return sample
@@ -232,6 +234,14 @@ def _bringing(blocks: Iterable[Block], point: Point) -> Block | None:
         if block.address <= point.address and point.address + point.words <= block.address + block.count
     ]
     return min(covering, key=lambda block: (block.period, block.worst_age), default=None)
+
+
+def doubted(drive: Drive, point: Point, sample: Sample) -> Sample:
+    """S4: while it is not known whether the drive is of its model, its registers mean nothing; but for those
+    that tell."""
+    if not drive.doubt or any(term.name == point.name for term in drive.profile.modbus.identity):
+        return sample
+    return Sample(sample.tag, None, Quality.CONFIGURATION, sample.time, sample.age, None, drive.doubt)
 
 
 def wall_of(at: float, now: Instant) -> int:

@@ -84,6 +84,10 @@ def _by_reply(sent: Sent, points: Sequence[Point]) -> Outcome:
 
 
 def _confirmed(ask: Ask, store: Store, sent: Sent, points: Sequence[Point]) -> Outcome:
+    for point in points:
+        held = store.get(ask.drive.tag(point.name))
+        if held is not None and held.sample.quality is Quality.GOOD:
+            ask.drive.expected.seen(point.name, held.sample.value)
     reason = "" if sent.answered else "the reply was lost; read back"
     return Outcome(verdict=Verdict.CONFIRMED, reason=reason, value=value_shown(ask, store, points))
 

@@ -85,6 +85,7 @@ def transmit(
     address, words = drive.compose(raws, fresh)
     request = frame_of(drive, address, words, [drive.profile.points[name] for name in raws])
     frame = Frame(request, intent(drive, store, request, raws))
+    drive.expected.sending(raws)
     finished = yield from send(ask, frame, deadline, condition)
     if isinstance(finished.result, (Refused, Unsent)):
         raise ended(drive, finished)

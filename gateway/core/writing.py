@@ -8,8 +8,8 @@ from typing import Any
 
 from msgspec import structs
 
-from gateway.core.commloss import comm_loss_settled
 from gateway.core.establishing import establish, holds_now, is_already, raw_now, step_values
+from gateway.core.fit import fit
 from gateway.core.guard import Ended
 from gateway.core.procedure import (
     Ask,
@@ -38,8 +38,7 @@ STOP_AGAIN = 1.0
 def write_point(ask: Ask, store: Store, point: Point, number: Fraction) -> Procedure:
     """Write one point and read it back; after the last write of a batch comes what has to follow it."""
     now = yield Lane()
-    if point.name not in ask.drive.profile.serial.comm_loss.names:
-        yield from comm_loss_settled(ask.drive, store, now)
+    yield from fit(ask.drive, store, now, point.name)
     try:
         outcome = yield from change_point(ask, store, point, number, now)
     except Ended:
@@ -89,7 +88,7 @@ def run_command(ask: Ask, store: Store, command: Command, args: Mapping[str, Fra
     """Carry out a command."""
     if not ask.urgent:
         now = yield Lane()
-        yield from comm_loss_settled(ask.drive, store, now)
+        yield from fit(ask.drive, store, now)
         yield from establish(ask.drive, store, command.only_when, now)
     return (yield from run_steps(ask, store, command, args, ask.deadline))
 

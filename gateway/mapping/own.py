@@ -32,7 +32,12 @@ def _named(points: Iterable[OwnPoint]) -> Mapping[str, OwnPoint]:
 _NUMBER, _TEXT = ValueType.NUMBER, ValueType.TEXT
 
 OF_A_DRIVE: Mapping[str, OwnPoint] = _named(
-    (OwnPoint("_comm_loss", "What the drive does when the line dies", _TEXT, group="supervision"),)
+    (
+        OwnPoint("_comm_loss", "What the drive does when the line dies", _TEXT, group="supervision"),
+        OwnPoint(
+            "_identity", "Whether the drive is of the model that the site says", _TEXT, group="supervision"
+        ),
+    )
 )
 """What the gateway adds to each drive."""
 

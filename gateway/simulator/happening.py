@@ -38,7 +38,12 @@ class PanelSets:
 
 @dataclass(frozen=True, slots=True)
 class PowerCycle:
-    """The mains go and return: commands and faults are forgotten, parameters are kept."""
+    """The mains go, and return after ``away`` seconds: commands and faults are forgotten, parameters are
+    kept. ``latched``: a motor that was running starts again by itself, although the run bit is not set; it
+    runs until the line writes a run command or a stop."""
+
+    away: float = 0.0
+    latched: bool = False
 
 
 Happening = Trip | Cured | Panel | PanelSets | PowerCycle

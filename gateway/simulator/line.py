@@ -23,6 +23,8 @@ CHUNK = 0.001
 """Seconds of wire time whose bytes are handed over together, at the end of the last one."""
 STEP = 0.05
 """Seconds between two looks at drives that nobody asks."""
+STRANGER = "stranger"
+"""Another master on the line, as the log calls it."""
 LOG_LENGTH = 20_000
 """Frames that the log keeps."""
 
@@ -39,11 +41,20 @@ class _Incoming:
 
 @dataclass(slots=True)
 class _Reply:
-    """A reply that waits for its moment."""
+    """A reply that waits for its moment, or a request of `STRANGER`."""
 
     start: float
     data: bytes
     drive: str
+
+
+@dataclass(slots=True)
+class _Overheard:
+    """A stranger's request that ended at ``end``; the drives take it for a frame at ``at``."""
+
+    at: float
+    end: float
+    data: bytes
 
 
 class Line:
@@ -63,6 +74,7 @@ class Line:
         self._drives: Sequence[Drive] = tuple(drives)
         self._incoming: _Incoming | None = None
         self._replies: list[_Reply] = []
+        self._overheard: list[_Overheard] = []
         self._passing: deque[tuple[float, bytes]] = deque()
         self._arrived = bytearray()
         self._quiet_since = float("-inf")
@@ -79,6 +91,13 @@ class Line:
         incoming.end = start + len(data) * self.timing.character
         if self.echo:
             self._pass(data, start)
+
+    def intrude(self, data: bytes, at: float) -> None:
+        """Another master sends a request at ``at``, or once the line is free: the drives obey and answer it,
+        and our own master hears everything."""
+        self._run(at)
+        self._replies.append(_Reply(at, data, STRANGER))
+        self._replies.sort(key=lambda waiting: waiting.start)
 
     def advance(self, now: float) -> bytes:
         """What has reached the master since the last call."""
@@ -112,6 +131,8 @@ class Line:
             events.append((self._incoming.end + self.timing.patience(self._incoming.data), self._hear))
         if self._replies:
             events.append((self._replies[0].start, self._speak))
+        if self._overheard:
+            events.append((self._overheard[0].at, self._overhear))
         return events
 
     def _run(self, now: float) -> None:
@@ -178,7 +199,16 @@ class Line:
             data = _garbled(data)
         end = self._pass(data, reply.start)
         self._quiet_since = end
+        if reply.drive == STRANGER and not note:
+            self._overheard.append(_Overheard(end + self.timing.patience(data), end, data))
         self.log.append(WireFrame(reply.start, end, "<<", data, reply.drive, note))
+
+    def _overhear(self) -> None:
+        """The drives make no difference between masters."""
+        heard = self._overheard.pop(0)
+        for drive in self._drives:
+            if drive.connected and (answer := drive.handle(heard.data, heard.at)):
+                self._queue(drive, answer, heard.end)
 
     def _pass(self, data: bytes, start: float) -> float:
         """Put bytes on their way to the master; the end of the last one."""

@@ -22,7 +22,7 @@ from gateway.simulator.display import Display
 from gateway.simulator.frame import LineError, Request
 from gateway.simulator.happening import Cured, Happening, Options, Panel, PanelSets, PowerCycle, Trip
 from gateway.simulator.memory import Memory
-from gateway.simulator.motion import FREQUENCY, Motion
+from gateway.simulator.motion import COMMANDED, FREQUENCY, Motion
 from gateway.simulator.refusal import RefusalError
 from gateway.simulator.rules import Rules
 from gateway.simulator.state import DriveState, named_values
@@ -123,6 +123,8 @@ class TwinModel:
             self.bank.store(at, word)
         self._refused = ""
         touched = self._rules.written(address, len(words))
+        if any(point.name in COMMANDED for point in touched):
+            self._motion.latched = None
         self._memory.written(touched, self._now)
         self._obey()
         if self._restarts(touched):
@@ -191,8 +193,11 @@ class TwinModel:
             case PanelSets(point, raw):
                 self.bank.put(point, raw)
                 self._memory.keep()
-            case PowerCycle():
+            case PowerCycle(away, latched):
+                before = self._motion.wanted if latched else None
                 self._power_up()
+                self._motion.latched = before
+                self._away_until = self._heard_at = self._now + away
 
     def _reset_faults(self) -> None:
         """Forget the faults, unless the external one is still demanded."""

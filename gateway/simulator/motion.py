@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 from gateway.mapping.profile import Point
 from gateway.mapping.twin import Reaction, Simulate
@@ -19,14 +20,25 @@ RUN, REVERSE, RUN_COMMAND, DIRECTION, FREQUENCY = (
     "frequency_command",
 )
 """The names that all profiles share."""
+COMMANDED = (RUN, RUN_COMMAND)
+"""The points by which the line runs and stops the motor."""
 _FORWARD = ("forward", "run")
+
+
+@dataclass(frozen=True, slots=True)
+class Latched:
+    """Direction and frequency (Hz) that a drive goes on with after its mains returned."""
+
+    reverse: bool
+    frequency: float
 
 
 class Motion:
     """The motor and the commands that reach it, read from the registers at every look.
 
     ``reaction`` is how the motor was stopped by a fault, None without a fault. ``held_back``: a run
-    command that stood while a fault was reset counts only after it has been taken away.
+    command that stood while a fault was reset counts only after it has been taken away. ``latched`` is what
+    the drive remembers over a loss of its mains, and does until the line commands it anew.
     """
 
     def __init__(
@@ -36,6 +48,7 @@ class Motion:
         self.panel = Panel(run=False)
         self.reaction: Reaction | None = None
         self.held_back = False
+        self.latched: Latched | None = None
         self._bank = bank
         self._points = points
         self._facts = facts
@@ -70,6 +83,8 @@ class Motion:
     @property
     def reference(self) -> float:
         """Hz from the source that the drive obeys; 0 where nothing is wired or chosen."""
+        if self.latched is not None:
+            return self.latched.frequency
         if self._bank.holds(self._facts.frequency_when):
             return self._bank.get(FREQUENCY) if FREQUENCY in self._points else 0.0
         source = self._facts.panel_frequency
@@ -93,8 +108,14 @@ class Motion:
             return Panel(run=True, reverse=True)
         return Panel(word in _FORWARD, self._named(DIRECTION) == "reverse")
 
+    @property
+    def wanted(self) -> Latched | None:
+        """What the motor does now, None while it is not to run."""
+        return Latched(self._wanted.reverse, self.reference) if self._run else None
+
     def command(self, run: bool, reverse: bool) -> None:
         """Write run and direction as the line would."""
+        self.latched = None
         if RUN in self._points:
             self._bank.set(RUN, run)
             if REVERSE in self._points:
@@ -115,6 +136,8 @@ class Motion:
     @property
     def _wanted(self) -> Panel:
         """Run and direction from the source that the drive obeys."""
+        if self.latched is not None:
+            return Panel(run=True, reverse=self.latched.reverse)
         return self.commanded if self._bank.holds(self._facts.run_when) else self.panel
 
     @property

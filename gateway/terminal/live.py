@@ -50,8 +50,16 @@ class Found:
         if not self.answers:
             reasons = {s.reason for s in self.samples.values() if s.quality in _AWAY and s.reason}
             return [f"it does not answer: {', '.join(sorted(reasons)) or 'nothing could be read'}"]
+        if self.doubt:
+            return [self.doubt]
         told = [told for name in self.samples for told in self._contradiction(name)]
         return [*told, *self._loss_contradiction()]
+
+    @property
+    def doubt(self) -> str:
+        """Why the drive is not of the model that the site says; then nothing else of it means anything."""
+        doubted = (s for s in self.samples.values() if s.quality is Quality.CONFIGURATION)
+        return next((sample.reason for sample in doubted), "") if self.config.profile.modbus.identity else ""
 
     @property
     def remarks(self) -> list[str]:

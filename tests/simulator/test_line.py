@@ -299,3 +299,13 @@ def test_no_traffic_upsets_the_line(traffic: list[tuple[bytes, float]], strict: 
         earlier.start <= later.start
         for earlier, later in pairwise(sorted(bench.line.log, key=lambda f: f.end))
     )
+
+
+def test_another_masters_request_is_obeyed_answered_and_heard() -> None:
+    wire = Bench()
+    wire.line.intrude(write(0x0002, 1000), 1.0)
+    wire.now = 1.5
+    heard = wire.line.advance(wire.now)
+    assert heard.startswith(write(0x0002, 1000))
+    assert wire.drives["fan-5"].registers[0x0002] == 1000
+    assert [(frame.drive, frame.note) for frame in wire.line.log] == [("stranger", ""), ("fan-5", "")]

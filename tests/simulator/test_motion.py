@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gateway.simulator import Options, Panel, PowerCycle
+from gateway.simulator import Options, Panel, PanelSets, PowerCycle
 from gateway.simulator.motor import Motor
-from tests.simulator.master import Master
+from tests.simulator.master import Master, read
 from tests.simulator.plant import drive
 
 FORWARD_60 = (0x0001, 6000)
@@ -197,3 +197,33 @@ def test_ramp_does_not_depend_on_how_often_it_is_looked_at(
     for piece in pieces:
         often.ramp(target, 20, 10, piece)
     assert often.frequency == pytest.approx(once.frequency, abs=1e-6)
+
+
+def test_a_loss_of_the_mains_takes_commands_and_keeps_parameters(master: Master) -> None:
+    master.write(0x0401, 700)
+    master.write(0x0001, *FORWARD_60)
+    master.wait(4)
+    master.drive.post(PowerCycle(away=2.0))
+    master.wait(1, polling=False)
+    assert master.send(read(0x0001, 1)) is None
+    master.wait(2, polling=False)
+    assert (master.word(0x0001), master.word(0x0002), master.word(0x0401)) == (0, 0, 700)
+    assert not master.drive.state.running
+
+
+def test_a_drive_that_latches_its_run_starts_again_by_itself(master: Master) -> None:
+    master.write(0x0001, *FORWARD_60)
+    master.wait(4)
+    master.drive.post(PowerCycle(latched=True))
+    master.wait(4)
+    assert (master.word(0x0001), master.word(0x0020) & 1) == (0, 1)
+    assert master.drive.state.frequency == 60.0
+    master.write(0x0001, 0)
+    master.wait(4)
+    assert not master.drive.state.running
+
+
+def test_a_hand_on_the_panel_changes_a_parameter(master: Master) -> None:
+    master.drive.post(PanelSets("run_source", 1))
+    master.wait(1)
+    assert master.word(0x0107) == 0b0010

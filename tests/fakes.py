@@ -13,10 +13,10 @@ from gateway.bridge.api import (
     Catalogue,
     CommandInfo,
     DriveInfo,
-    Frame,
     Health,
     OwnerInfo,
     PointInfo,
+    TracePage,
     Update,
 )
 from gateway.tag import Cause, Origin, Outcome, Quality, Role, Sample, Value, ValueType, Verdict
@@ -241,8 +241,8 @@ class FakeBridge:
     async def acknowledge(self, alarm: str, origin: Origin) -> Outcome:
         return self.outcome
 
-    async def trace(self, line: str) -> Sequence[Frame]:
-        return ()
+    async def trace(self, line: str, after: int = 0) -> TracePage:
+        return TracePage(first=1, frames=(), last=0)
 
     async def close(self) -> None:
         self.closed = True

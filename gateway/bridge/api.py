@@ -240,12 +240,22 @@ class Demand(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
 
 
 class Frame(msgspec.Struct, frozen=True, array_like=True):
-    """One frame of the wire trace: sent or received, when its last byte was seen, its bytes."""
+    """One frame of the wire trace: when its first bit was on the wire (nanoseconds since 1970, exact to the
+    microsecond), sent or received, its bytes, and what they were."""
 
     time: int
     sent: bool
     data: bytes
     note: str = ""
+
+
+class TracePage(msgspec.Struct, frozen=True, array_like=True):
+    """Some frames of a wire trace, oldest first. Frames are numbered from 1; ``first`` is the number of the
+    first one here, ``last`` that of the newest that is kept."""
+
+    first: int
+    frames: tuple[Frame, ...]
+    last: int
 
 
 class BridgeError(Exception):
@@ -316,8 +326,9 @@ class Bridge(Protocol):
         """Who wants a tag, and how it is read."""
         ...
 
-    async def trace(self, line: str) -> Sequence[Frame]:
-        """The last frames of a line, oldest first."""
+    async def trace(self, line: str, after: int = 0) -> TracePage:
+        """The oldest frames of a line behind number ``after``, as many as go into one page; those that are no
+        longer kept are skipped."""
         ...
 
     async def close(self) -> None:

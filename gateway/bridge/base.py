@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import AsyncIterator, Mapping, Sequence
 from typing import Any, TypeVar
 
-from gateway.bridge.api import DEFAULT_TTL, BridgeError, Catalogue, Demand, Frame, Health, Update
+from gateway.bridge.api import DEFAULT_TTL, BridgeError, Catalogue, Demand, Health, TracePage, Update
 from gateway.bridge.backlog import Backlog
 from gateway.bridge.messages import (
     Acknowledge,
@@ -130,8 +130,8 @@ class MessageBridge(ABC):
     async def demand(self, tag: str) -> Demand:
         return _expect(await self._call(AskDemand(self._next_id(), tag)), DemandIs).demand
 
-    async def trace(self, line: str) -> Sequence[Frame]:
-        return _expect(await self._call(AskTrace(self._next_id(), line)), TraceIs).frames
+    async def trace(self, line: str, after: int = 0) -> TracePage:
+        return _expect(await self._call(AskTrace(self._next_id(), line, after)), TraceIs).page
 
     async def close(self) -> None:
         self.end(BridgeError("the bridge was closed"))

@@ -18,11 +18,11 @@ from gateway.bridge.api import (
     Catalogue,
     Demand,
     DriveState,
-    Frame,
     Happened,
     Health,
     Periods,
     Replaced,
+    TracePage,
 )
 from gateway.tag import Origin, Outcome, Sample, Value
 
@@ -103,6 +103,7 @@ class AskTrace(msgspec.Struct, frozen=True, tag="ask_trace"):
 
     id: int
     line: str
+    after: int
 
 
 Call = Watch | ReadTags | WriteTag | RunCommand | Acknowledge | AskHealth | AskDemand | AskTrace
@@ -158,7 +159,7 @@ class TraceIs(msgspec.Struct, frozen=True, tag="trace"):
     """Answer to `AskTrace`."""
 
     id: int
-    frames: tuple[Frame, ...]
+    page: TracePage
 
 
 class Wrong(msgspec.Struct, frozen=True, tag="wrong"):

@@ -180,7 +180,7 @@ class Core:
 
     def _start(self, event: Started) -> None:
         """Take up what is remembered, and begin."""
-        self._health.started = self._now
+        self._health.start(self._now)
         about = self.catalogue
         self.trail.start(
             event,
@@ -247,9 +247,9 @@ class Core:
                 self.clients.tell(
                     session, DemandIs(id, demand_for(tag, self.polling, self.lines, self.clients))
                 )
-            case AskTrace(id, line):
-                frames = self._health.trace(line, self._now)
-                reply = Wrong(id, f"there is no line {line}") if frames is None else TraceIs(id, frames)
+            case AskTrace(id, line, after):
+                page = self._health.trace(line, after, self._now)
+                reply = Wrong(id, f"there is no line {line}") if page is None else TraceIs(id, page)
                 self.clients.tell(session, reply)
 
     def _watch(self, session: int, id: int, wants: Mapping[str, float | None]) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from gateway.bridge.api import Frame, Health, LineHealth
+from gateway.bridge.api import Frame, Health, LineHealth, TracePage
 from gateway.core.alarms import Alarms
 from gateway.core.clients import Clients
 from gateway.core.lines import Lines
@@ -13,6 +13,12 @@ from gateway.core.trail import Trail
 from gateway.core.watch import Watchkeeper
 from gateway.mapping.site import LineConfig
 from gateway.tag import Instant
+
+PAGE = 200
+"""Frames that are told at once: less than a millisecond of work, so that no line waits for it."""
+CLOCK_STEP = 1_000_000
+"""Nanoseconds by which the wall clock must have been set before frames of the past get other times: else
+each frame has one time, whenever it is asked for."""
 
 
 class Wellbeing:
@@ -28,6 +34,7 @@ class Wellbeing:
         trail: Trail,
     ) -> None:
         self.started = Instant(0.0, 0)
+        self._clock = self.started
         self._trail = trail
         self._configs = configs
         self._lines = lines
@@ -40,6 +47,10 @@ class Wellbeing:
     def journal(self) -> str:
         """Why the journal cannot be written; "" if it can."""
         return self._trail.problem
+
+    def start(self, now: Instant) -> None:
+        """The core begins."""
+        self.started = self._clock = now
 
     def line_up(self, line: str) -> None:
         """The port of a line is open."""
@@ -64,12 +75,19 @@ class Wellbeing:
             alarms=self._alarms.standing(),
         )
 
-    def trace(self, name: str, now: Instant) -> tuple[Frame, ...] | None:
-        """The last frames of a line, None when there is no such line."""
+    def trace(self, name: str, after: int, now: Instant) -> TracePage | None:
+        """Frames of a line behind a number, None when there is no such line."""
         line = self._lines.get(name)
         if line is None:
             return None
-        return tuple(Frame(wall_of(at, now), sent, data, note) for at, sent, data, note in line.trace)
+        if abs(wall_of(self._clock.mono, now) - self._clock.wall) > CLOCK_STEP:
+            self._clock = now
+        line.trace.settle(now.mono)
+        first, traced = line.trace.page(after, PAGE)
+        frames = (
+            Frame(_exact(wall_of(at, self._clock)), sent, data, note) for at, sent, data, note in traced
+        )
+        return TracePage(first, tuple(frames), line.trace.last)
 
     def _line(self, config: LineConfig, mono: float) -> LineHealth:
         line = self._lines.get(config.name)
@@ -87,3 +105,8 @@ class Wellbeing:
             damaged=count.damaged,
             utilisation=line.utilisation(mono),
         )
+
+
+def _exact(time: int) -> int:
+    """Nanoseconds cut to microseconds: more than that is not known of a wire."""
+    return time // 1000 * 1000

@@ -7,7 +7,6 @@ tells the outcome of every job exactly once. `gateway.core.shell` runs it on a p
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Callable, Sequence
 
 from gateway.line.connection import Connection
@@ -33,10 +32,11 @@ from gateway.line.interface import (
 from gateway.line.pauses import Pauses
 from gateway.line.plan import make_plan
 from gateway.line.reachability import Unit
-from gateway.line.record import Record, Traced
+from gateway.line.record import Record
 from gateway.line.requests import check_want, request_of
 from gateway.line.schedule import Choice, Probe, Schedule, Waiting
 from gateway.line.telling import description, failed_blocks, purpose, told
+from gateway.line.trace import Trace
 from gateway.line.transaction import Question, Transaction, Wire
 from gateway.line.units import Units
 from gateway.modbus.framing import framing_of
@@ -75,7 +75,9 @@ class Line:
         self._admit = admit
         self._units = Units(units)
         timing = timing_of(settings.framing, settings.baud, settings.format, settings.gap)
-        self._wire = Wire(framing_of(settings.framing), timing, settings.echo)
+        framing = framing_of(settings.framing)
+        self._wire = Wire(framing, timing, settings.echo)
+        self.trace = Trace(timing.character, timing.gap, framing.intact)
         self._connection = Connection()
         self._schedule = Schedule()
         self._record = Record()
@@ -103,11 +105,6 @@ class Line:
     def down_reason(self) -> str:
         """Why the port is not open; empty when it is."""
         return self._connection.reason
-
-    @property
-    def trace(self) -> deque[Traced]:
-        """The last frames, oldest first: at, sent, data, note."""
-        return self._record.frames
 
     def up(self, unit: int) -> bool | None:
         """Does the unit answer? None while that is not known."""
@@ -159,8 +156,8 @@ class Line:
         if self._current is None:
             return self._stray(data, now)
         self._free_at = now + self.gap
+        self.trace.received(data, now)
         reply = self._current.feed(data, now)
-        self._note(now, False, data, description(reply))
         return [] if reply is None else [*self._replied(self._current, reply, now), *self._advance(now)]
 
     def tick(self, now: float) -> list[Action]:
@@ -237,6 +234,7 @@ class Line:
         actions, sent = self._send(question, now)
         actions.append(JobSent(job.id, sent.ends))
         if not question.answered:
+            self.trace.unanswered()
             self._over(sent, sent.ends, now, job.id)
         return actions
 
@@ -245,7 +243,7 @@ class Line:
         self._current = sent
         self._held = 0.0
         self.counters.requests += 1
-        self._note(now, True, sent.data, purpose(question))
+        self.trace.sent(sent.data, purpose(question), now)
         return [Transmit(sent.data)], sent
 
     # What became of a transaction
@@ -253,6 +251,8 @@ class Line:
     def _replied(self, done: Transaction, reply: Reply, now: float) -> list[Action]:
         unit = self._units[done.question.unit]
         self._over(done, now, now)
+        note = description(reply, done.question.doubtful)
+        self.trace.answered(note, self._wire.length(done, reply), done.seeker.behind)
         result = self._counted(reply)
         news = self._heard(unit, now)
         if done.question.doubtful:
@@ -277,6 +277,7 @@ class Line:
     def _timed_out(self, done: Transaction, now: float) -> list[Action]:
         unit = self._units[done.question.unit]
         self._over(done, max(done.ends, self._free_at - self.gap), now)
+        self.trace.unanswered("time-out")
         if done.heard:
             self.counters.damaged += 1
         else:
@@ -316,6 +317,7 @@ class Line:
         actions: list[Action] = []
         if self._current is not None:
             done, self._current = self._current, None
+            self.trace.unanswered("line lost")
             self._doubt(done)
             choice = done.question.choice
             if isinstance(choice, Waiting) and not done.question.aside:
@@ -330,7 +332,7 @@ class Line:
 
     def _stray(self, data: bytes, now: float) -> list[Action]:
         """Bytes that nobody asked for: keep the silence after them, within reason."""
-        self._note(now, False, data, "stray")
+        self.trace.received(data, now)
         wait = now + self.gap - max(now, self._free_at)
         if wait > 0 and self._held + wait <= STRAY_HOLD:
             self._held += wait
@@ -369,6 +371,3 @@ class Line:
             return []
         self._replan(now)
         return [PlanChanged()]
-
-    def _note(self, now: float, sent: bool, data: bytes, note: str) -> None:
-        self._record.note(now, sent, data, note)

@@ -59,11 +59,10 @@ def purpose(question: Question) -> str:
             return "probe"
 
 
-def description(reply: Reply | None) -> str:
-    """What came in, for the trace; empty when it is not yet a reply."""
-    if reply is None:
-        return ""
-    return "reply" if reply.exception is None else f"exception {reply.exception:02X}H"
+def description(reply: Reply, doubtful: bool) -> str:
+    """What came in, for the trace."""
+    words = "reply" if reply.exception is None else f"exception {reply.exception:02X}H"
+    return f"{words}, not believed" if doubtful else words
 
 
 def _block_told(due: Due, result: Ending, took: float, now: float) -> list[Action]:

@@ -106,11 +106,15 @@ class Wire:
         if done.received:
             self._echo = self._declared or done.seeker.echoed or (self._echo and not done.heard)
 
+    def length(self, transaction: Transaction, reply: Reply) -> int:
+        """Characters of the frame that carried a reply."""
+        normal = transaction.question.request.reply_length
+        return self.framing.size(normal if reply.exception is None else EXCEPTION_LENGTH)
+
     def turnaround(self, transaction: Transaction, reply: Reply, now: float) -> float:
         """Seconds that the unit took until it began a reply that was complete at ``now``."""
-        normal = transaction.question.request.reply_length
-        length = normal if reply.exception is None else EXCEPTION_LENGTH
-        return max(0.0, now - transaction.ends - self.timing.duration(self.framing.size(length)))
+        duration = self.timing.duration(self.length(transaction, reply))
+        return max(0.0, now - transaction.ends - duration)
 
     def read_cost(self, count: int, turnaround: float, pause: float = 0.0) -> float:
         """Seconds of line that reading ``count`` registers takes, with the silence after it."""

@@ -32,6 +32,10 @@ class AsciiFraming:
         """Two characters for each of unit, PDU and LRC; colon, CR and LF."""
         return len(_START) + 2 * (1 + length + 1) + len(_END)
 
+    def intact(self, data: bytes) -> bool:
+        """Colon, CR LF and a right LRC."""
+        return data.endswith(_END) and len(_unpacked(data[: -len(_END)])) > 1
+
 
 class AsciiSeeker:
     """Finds the reply to one request."""
@@ -52,6 +56,11 @@ class AsciiSeeker:
         longest = max(len(self._sent), self._longest)
         coming = bool(begun) and begun[: len(ours)] == ours[: len(begun)] and len(begun) < longest
         return CHARACTER_PAUSE if coming else 0.0
+
+    @property
+    def behind(self) -> int:
+        """Characters behind the last CR LF that was looked at."""
+        return len(self._rest)
 
     def feed(self, data: bytes) -> Reply | None:
         """Take more characters; the next reply whose LRC is right, or None."""

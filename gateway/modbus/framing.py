@@ -28,6 +28,11 @@ class Seeker(Protocol):
         """Seconds that the next byte of a frame that has begun may take; 0 where that is not known."""
         ...
 
+    @property
+    def behind(self) -> int:
+        """Bytes that came in behind the reply that was found last."""
+        ...
+
     def feed(self, data: bytes) -> Reply | None:
         """Take more bytes; the next reply, or None. Call again with ``b""`` to look behind a reply."""
         ...
@@ -51,6 +56,10 @@ class Framing(Protocol):
 
     def size(self, length: int) -> int:
         """Characters on the wire for a PDU of ``length`` bytes."""
+        ...
+
+    def intact(self, data: bytes) -> bool:
+        """True when ``data`` is one whole frame, with the right check value where there is one."""
         ...
 
 

@@ -33,6 +33,10 @@ class RtuFraming:
         """A character a byte, and three more."""
         return _UNIT + length + _CRC
 
+    def intact(self, data: bytes) -> bool:
+        """The CRC is right; the shortest frame has a unit, a function and the CRC."""
+        return len(data) > _UNIT + _CRC and crc(data[:-_CRC]) == data[-_CRC:]
+
 
 class RtuSeeker:
     """Finds the reply to one request."""
@@ -58,6 +62,11 @@ class RtuSeeker:
         known only of an echo that was expected."""
         unlike = self._request.head != self._request.pdu
         return self._passed_echo or (unlike and self._sent in self._buffer)
+
+    @property
+    def behind(self) -> int:
+        """Bytes that were not tried yet."""
+        return len(self._buffer) - self._tried
 
     def feed(self, data: bytes) -> Reply | None:
         """Take more bytes; the next reply whose CRC is right, or None."""

@@ -33,6 +33,13 @@ class TcpFraming:
         """Seven bytes of header before the PDU."""
         return _HEADER.size + length
 
+    def intact(self, data: bytes) -> bool:
+        """The header announces what is there; the network sees to the rest."""
+        if len(data) <= _HEADER.size:
+            return False
+        _, protocol, length, _ = _HEADER.unpack_from(data)
+        return (protocol, length) == (0, len(data) - _HEADER.size + 1)
+
 
 class TcpSeeker:
     """Finds the reply to one request."""
@@ -44,6 +51,11 @@ class TcpSeeker:
         self._number, _, _, self._unit = _HEADER.unpack_from(sent)
         self._request = request
         self._buffer = b""
+
+    @property
+    def behind(self) -> int:
+        """Bytes that belong to a later frame."""
+        return len(self._buffer)
 
     def feed(self, data: bytes) -> Reply | None:
         """Take more bytes; the reply, or None. A stream out of step is dropped to its end."""

@@ -89,7 +89,7 @@ async def test_the_command_lines_socket_reads_watches_and_commands(site_file: Pa
             outcome = await bridge.command("fan-1", "run_forward", {"frequency": 60.0}, ENGINEER)
             assert outcome.verdict is Verdict.CONFIRMED, outcome
             assert STEP_1 in [frame.data.hex(" ").upper() for frame in line.log]
-            assert STEP_1 in [frame.data.hex(" ").upper() for frame in await bridge.trace("north")]
+            assert STEP_1 in [f.data.hex(" ").upper() for f in (await bridge.trace("north")).frames]
             health = await bridge.health()
             assert health.drives == {"fan-1": True}
             assert health.lines[0].up

@@ -452,11 +452,3 @@ def test_the_plan_follows_what_is_learned() -> None:
     assert bench.line.plan.load > first.load
     bench.run(10)
     assert len(bench.values(0x20)) > 50
-
-
-def test_the_trace_is_bounded_and_says_what_went_on() -> None:
-    bench = one().start(Want(5, 0x24, 1, 0.001))
-    bench.run(60)
-    assert len(bench.line.trace) == bench.line.trace.maxlen
-    last = list(bench.line.trace)[-4:]
-    assert {(frame.sent, frame.note) for frame in last} == {(True, "read"), (False, "reply")}

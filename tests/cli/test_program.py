@@ -157,6 +157,39 @@ def test_trace_without_a_gateway(site: Path) -> None:
     assert gateway("trace", site, "north").code == 1
 
 
+KEPT = """# line north: rtu 9600 8N2 on /dev/ttyUSB0
+2026-11-24T12:00:00.123456Z  north  >> 05 03 00 24 00 01 C5 85  read, time-out
+"""
+
+
+def test_a_kept_trace_goes_to_pcapng_and_back(site: Path) -> None:
+    kept, packed = site.parent / "kept.txt", site.parent / "kept.pcapng"
+    kept.write_text(KEPT)
+    assert gateway("trace", site, "--from", kept, "--pcapng", packed).code == 0
+    assert gateway("trace", site, "--from", packed).out == KEPT
+    assert gateway("trace", site, "north", "--from", packed, "--json").objects == [
+        {
+            "time": "2026-11-24T12:00:00.123456Z",
+            "line": "north",
+            "sent": True,
+            "data": "05 03 00 24 00 01 C5 85",
+            "note": "read, time-out",
+        }
+    ]
+
+
+def test_a_file_that_is_no_trace(site: Path) -> None:
+    ran = gateway("trace", site, "--from", site)
+    assert (ran.code, ran.out) == (1, "")
+    assert ran.err.startswith(f"error: {site} is no trace: line 2 is no frame")
+    assert gateway("trace", site, "--from", site.parent / "none").err.endswith("No such file or directory\n")
+
+
+def test_trace_options_that_do_not_go_together(site: Path) -> None:
+    assert gateway("trace", site, "--json", "--pcapng", "x").code == 2
+    assert gateway("trace", site, "--from", "x", "--follow").code == 2
+
+
 def test_users_come_and_go(site: Path) -> None:
     site.write_text(site.read_text() + 'opcua: {endpoint: "opc.tcp://127.0.0.1:4840"}\n')
     assert gateway("users", "add", site, "anna", "--role", "operator", stdin="secret word\n").code == 0

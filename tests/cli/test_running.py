@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import signal
 import subprocess
 import time
@@ -71,6 +72,30 @@ def test_a_command_is_confirmed_and_shows_on_the_wire(site: Path) -> None:
     assert answers[1] == "05 10 00 01 00 02 11 8C"
     stopped = gateway("command", site, "fan-1", "stop", "--json")
     assert stopped.objects[0]["verdict"] == "confirmed"
+
+
+def test_the_trace_as_text_and_for_wireshark(site: Path, tmp_path: Path) -> None:
+    text, packed = tmp_path / "trace.txt", tmp_path / "trace.pcapng"
+    text.write_text(gateway("trace", site).out)
+    head, first = text.read_text().splitlines()[:2]
+    assert head == "# line north: rtu 9600 8N2 on simulated:"
+    assert re.fullmatch(r"\S+\.\d{6}Z  north  >> 05 03( [0-9A-F]{2}){6}  \w+", first)
+    assert gateway("trace", site, "--pcapng", packed).code == 0
+    again = gateway("trace", site, "--from", packed).out.splitlines()
+    assert again[:2] == [head, first] and len(again) >= len(text.read_text().splitlines())
+    assert gateway("trace", site, "--last", "0").out == f"{head}\n"
+
+
+def test_a_trace_can_be_followed(site: Path) -> None:
+    with subprocess.Popen(
+        [*GATEWAY, "trace", str(site), "--last", "0", "--follow"], stdout=subprocess.PIPE, text=True
+    ) as following:
+        assert following.stdout is not None
+        assert following.stdout.readline().startswith("# line north")
+        gateway("read", site, "fan-1.output_frequency")
+        assert "  north  >> 05 03 " in following.stdout.readline()
+        following.send_signal(signal.SIGINT)
+    assert following.returncode == 130
 
 
 def test_a_write_is_confirmed_by_reading_back(site: Path) -> None:

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 from gateway.core.drive import Drive
 from gateway.core.store import Store
-from gateway.mapping.profile import Condition, Term
+from gateway.mapping.profile import Condition, Kind, Term
 from gateway.tag import Quality, Sample, Value
 
 
@@ -33,7 +33,7 @@ def contradicted(drive: Drive, store: Store, condition: Condition) -> str | None
             continue
         sample = shown(drive, store, term)
         if sample is not None and not holds(term, sample.value):
-            return words_against(term, sample)
+            return words_against(drive, term, sample)
     return None
 
 
@@ -48,9 +48,11 @@ def proved(drive: Drive, store: Store, condition: Condition, since: float) -> bo
     return True
 
 
-def words_against(term: Term, sample: Sample) -> str:
-    """``needs running: false, but it is true``."""
-    return f"needs {term.text}, but it is {shown_as(sample)}"
+def words_against(drive: Drive, term: Term, sample: Sample) -> str:
+    """``needs run_source: line, but it is terminals (Sn-08: Whose run command counts)``."""
+    point = drive.profile.points[term.name]
+    about = f" ({point.notation}: {point.help})" if point.kind is Kind.PARAMETER and point.help else ""
+    return f"needs {term.text}, but it is {shown_as(sample)}{about}"
 
 
 def shown_as(sample: Sample) -> str:

@@ -48,7 +48,7 @@ def establish(drive: Drive, store: Store, condition: Condition, now: float) -> G
         point = drive.profile.points[term.name]
         sample = yield from fresh_sample(drive, store, point, now, f"needs {term.text}")
         if not holds(term, sample.value):
-            raise refuse(Cause.PRECONDITION, words_against(term, sample))
+            raise refuse(Cause.PRECONDITION, words_against(drive, term, sample))
 
 
 def holds_now(drive: Drive, store: Store, condition: Condition, now: float) -> Generator[Effect, Any, bool]:

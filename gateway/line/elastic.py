@@ -39,9 +39,10 @@ class Draft:
         return self.cost / self.period
 
 
-def fit(drafts: Sequence[Draft]) -> Plan:
-    """The plan that holds: periods stretched as far as needed, worst ages worked out."""
-    factors = _factors(drafts)
+def fit(drafts: Sequence[Draft], factors: Mapping[int, float] | None = None) -> Plan:
+    """The plan that holds: periods stretched as far as needed (by ``factors``, if those are known already),
+    worst ages worked out."""
+    factors = factors_for(drafts) if factors is None else factors
     periods = [draft.period * factors[draft.rank] for draft in drafts]
     costs = [draft.cost for draft in drafts]
     stretch = max(factors.values(), default=1.0)
@@ -54,8 +55,8 @@ def fit(drafts: Sequence[Draft]) -> Plan:
     return Plan(blocks, load, stretch)
 
 
-def _factors(drafts: Iterable[Draft]) -> Mapping[int, float]:
-    """By what each rank's periods are to be multiplied."""
+def factors_for(drafts: Iterable[Draft]) -> Mapping[int, float]:
+    """By what each rank's periods are to be multiplied so that the line can hold them."""
     loads: dict[int, float] = {}
     for draft in drafts:
         loads[draft.rank] = loads.get(draft.rank, 0.0) + draft.load

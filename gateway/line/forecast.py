@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 from gateway.line.elastic import Draft, fit
 from gateway.line.interface import Block, LineSettings, UnitFacts, Want
-from gateway.line.plan import make_drafts
+from gateway.line.plan import best_drafts, make_drafts
 from gateway.line.reachability import FLOOR
 from gateway.line.transaction import Wire
 from gateway.modbus.framing import framing_of
@@ -127,13 +127,14 @@ class _Paper:
         self._units = {facts.unit: facts for facts in setup.units}
         wants = [want for wants in setup.wants.values() for want in wants]
         self.drafts = make_drafts(wants, self._units, self._cost)
+        self._best = best_drafts(wants, self._units, self._cost)
 
     def forecast(self) -> Forecast:
-        plan = fit(self.drafts)
+        plan = fit(self._best)
         costs = [block.cost for block in plan.blocks] or [0.0]
         unanswered = [self._unanswered(block) for block in plan.blocks] or [0.0]
         return Forecast(
-            reads=tuple(map(self._read, self.drafts, plan.blocks)),
+            reads=tuple(map(self._read, self._best, plan.blocks)),
             demand=sum(draft.load for draft in self.drafts),
             load=plan.load,
             stretch=plan.stretch,

@@ -57,6 +57,11 @@ def _admit_all(job_id: int) -> bool:
     return True
 
 
+def _rounded(turnaround: float) -> float:
+    """A turnaround to plan with: units that are nearly alike can then share their blocks."""
+    return float(f"{turnaround:.2g}")
+
+
 class Line:
     """The machine. All methods take ``now`` in seconds of the monotonic clock; it never goes back.
 
@@ -342,7 +347,7 @@ class Line:
     # Planning
 
     def _replan(self, now: float) -> None:
-        self._planned = {unit.facts.unit: unit.turnaround.usual for unit in self._units}
+        self._planned = {unit.facts.unit: _rounded(unit.turnaround.usual) for unit in self._units}
         self._planned_at = now
         facts = {unit.facts.unit: unit.facts for unit in self._units}
         self.plan = make_plan(self._wants, facts, self._read_cost)

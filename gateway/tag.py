@@ -142,6 +142,8 @@ class Cause(StrEnum):
     DUPLICATE = "duplicate"
     OVERFLOW = "overflow"
     JOURNAL = "journal"
+    WEAR = "wear"
+    """One more write today would wear the drive's memory more than the site allows."""
     DRIVE_REFUSED = "drive_refused"
     """The drive answered with an error code; ``code`` holds it."""
     NO_ANSWER = "no_answer"

@@ -63,6 +63,7 @@ from gateway.core.requests import Writes
 from gateway.core.selected import SelectedReads
 from gateway.core.trail import Trail
 from gateway.core.watch import Watchkeeper
+from gateway.core.wear import WearGuard
 from gateway.line import interface as line_does
 from gateway.mapping.site import Site
 from gateway.tag import GATEWAY, Instant, Sample
@@ -89,6 +90,8 @@ class Core:
         self.trail = Trail(self._act)
         self.alarms = Alarms(lambda event: self.clients.tell_all(Happened(event)), self.trail.record)
         self.own = OwnTags(self.polling.demands, self.clients.publish)
+        self.wear = WearGuard(site, self.drives, self.alarms, self.own, lambda: self.trail.lived)
+        self.trail.follow(self.wear.count)
         self._writes = Writes(
             site.writes_enabled,
             self.drives,
@@ -195,6 +198,7 @@ class Core:
         if event.broken:
             text = f"the journal was changed by somebody else: {event.broken}"
             self.alarms.raise_(GATEWAY, "journal_broken", text, self._now, once=True)
+        self.wear.restore(event.memory.wear)
         self._writes.restore(event.memory)
         self._replan(self._watchkeeper.start())
         self.lines.start(self._now.mono)

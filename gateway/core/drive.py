@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
 
 from gateway.core.expected import Expected
@@ -37,6 +37,8 @@ class Drive:
         self.expected = Expected(self.profile.points, depends_on)
         self.selection: dict[str, int] = {}
         """Selectors and the raw values that they hold, as far as that is known."""
+        self.worn: Callable[[Iterable[str]], str] = lambda names: ""
+        """Why these points may not be written once more today (`gateway.core.wear`); "" if they may."""
         self.facts = unit_facts(config)
         self._blocks: dict[tuple[int, int], tuple[Point, ...]] = {}
         self._depth = depths(self.profile)

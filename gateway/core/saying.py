@@ -10,6 +10,7 @@ from gateway.core.guard import Ended
 from gateway.core.meaning import Meaningless, meaning_of
 from gateway.core.procedure import Finished
 from gateway.core.store import Store
+from gateway.core.wear import wearing
 from gateway.line.interface import Answered, Refused, Silent, Unsent, Write
 from gateway.modbus.encoding import decode, insert, to_words
 from gateway.tag import Cause, Value, Verdict
@@ -64,6 +65,7 @@ def ended(drive: Drive, finished: Finished, before: str = "") -> Ended:
 def intent(drive: Drive, store: Store, request: Write, raws: Mapping[str, int]) -> dict[str, Any]:
     """R1: what the journal is told of a frame that is about to be sent: the registers, and of each point
     the value last seen (null where none is known) and the new one."""
+    worn = [drive.tag(point.name) for point in wearing(drive, raws)]
     return {
         "line": drive.line,
         "drive": drive.name,
@@ -72,6 +74,7 @@ def intent(drive: Drive, store: Store, request: Write, raws: Mapping[str, int]) 
         "words": [f"{word:04X}H" for word in request.words],
         "old": {name: _seen(drive, store, name) for name in raws},
         "new": {name: _meant(drive, store, name, raw) for name, raw in raws.items()},
+        **({"wears": worn} if worn else {}),
     }
 
 

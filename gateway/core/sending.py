@@ -81,6 +81,8 @@ def transmit(
         Ended: if it was not sent, or the drive refused it.
     """
     drive = ask.drive
+    if not ask.harmless and (worn := drive.worn(raws)):
+        raise refuse(Cause.WEAR, worn)
     fresh = yield from _read_words(ask, raws, deadline)
     address, words = drive.compose(raws, fresh)
     request = frame_of(drive, address, words, [drive.profile.points[name] for name in raws])

@@ -18,6 +18,9 @@ from gateway.tag import Instant
 
 Facts = Mapping[str, Any]
 
+Follower = Callable[[Facts, Instant], None]
+"""Is told of an entry as it goes on record, and when."""
+
 STAMPS = ("time", "mono", "lived", "boot")
 """What each entry has beside its ``kind`` and what that tells."""
 
@@ -39,8 +42,13 @@ class Trail:
         self._lived = 0.0
         self._now = Instant(0.0, 0)
         self._last = 0
+        self._followers: list[Follower] = []
         self._unanswered: deque[tuple[int, float]] = deque()
         """Entries of which nothing was heard yet, and when they were recorded (monotonic)."""
+
+    def follow(self, follower: Follower) -> None:
+        """Tell somebody of every entry."""
+        self._followers.append(follower)
 
     def start(self, started: Started, facts: Facts) -> None:
         """Put this start of the gateway on record, with ``facts`` about it."""
@@ -101,6 +109,9 @@ class Trail:
             "lived": round(self.lived, 3),
             "boot": self._boot.id,
         }
-        self._unanswered.append((self._last, self._now.mono))
-        self._act(Record(self._last, stamped | msgspec.to_builtins(entry, str_keys=True), keep))
-        return self._last
+        number, whole = self._last, stamped | msgspec.to_builtins(entry, str_keys=True)
+        self._unanswered.append((number, self._now.mono))
+        self._act(Record(number, whole, keep))
+        for follower in self._followers:
+            follower(whole, self._now)
+        return number

@@ -53,7 +53,8 @@ def change_point(ask: Ask, store: Store, point: Point, number: Fraction, now: fl
     drive = ask.drive
     yield from establish(drive, store, point.only_when, now)
     raw = yield from raw_now(drive, store, point, number, point.name, now)
-    if point.kind is Kind.PARAMETER and (yield from is_already(ask, store, point, raw, now)):
+    lasting = point.kind is Kind.PARAMETER or point.wear is not None
+    if lasting and (yield from is_already(ask, store, point, raw, now)):
         value = value_shown(ask, store, [point])
         return Outcome(verdict=Verdict.CONFIRMED, reason="it was so already", value=value)
     yield from select(ask, store, point)

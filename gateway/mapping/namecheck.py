@@ -9,7 +9,7 @@ from gateway.mapping.finding import Report
 from gateway.mapping.forms import FormError
 from gateway.mapping.naming import check_name
 from gateway.mapping.node import Path
-from gateway.mapping.own import OF_A_DRIVE, OF_A_LINE, OF_THE_GATEWAY
+from gateway.mapping.own import OF_A_LINE, OF_THE_GATEWAY, of_a_drive
 from gateway.mapping.profile import Profile
 from gateway.mapping.site import DriveNames
 from gateway.tag import GATEWAY, own_name, tag_of
@@ -92,7 +92,7 @@ class _Nodes:
             self._take(drive.names.node, drive.drive, drive.place("", "drive_node"))
             for part in (*PARTS, *drive.profile.groups):
                 self._taken.setdefault(f"{drive.names.node}/{part}", f"{drive.drive}/{part}")
-            for name in OF_A_DRIVE:
+            for name in of_a_drive(drive.profile):
                 self._taken.setdefault(tag_of(drive.names.node, name), tag_of(drive.drive, name))
         for drive in drives:
             for member, names in drive.names.points.items():
@@ -108,7 +108,7 @@ class _Nodes:
 def _check_members(drive: Named, once: _Once) -> None:
     """Browse names and topics must differ within a drive."""
     for key, what in (("browse", "browse name"), ("topic", "topic")):
-        taken = {name: f"{drive.drive}.{name}" for name in OF_A_DRIVE}
+        taken = {name: f"{drive.drive}.{name}" for name in of_a_drive(drive.profile)}
         for member, names in drive.names.points.items():
             name = getattr(names, key)
             if name in taken:

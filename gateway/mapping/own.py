@@ -10,6 +10,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
+from gateway.mapping.profile import Profile
 from gateway.tag import ValueType
 
 
@@ -37,9 +38,31 @@ OF_A_DRIVE: Mapping[str, OwnPoint] = _named(
         OwnPoint(
             "_identity", "Whether the drive is of the model that the site says", _TEXT, group="supervision"
         ),
+        OwnPoint("_writes_today", "Writes of the last 24 hours that wear the drive's memory", group="wear"),
     )
 )
 """What the gateway adds to each drive."""
+
+
+def of_a_drive(profile: Profile) -> Mapping[str, OwnPoint]:
+    """What the gateway adds to a drive of this profile."""
+    lasting = [point.name for point in profile.points.values() if isinstance(point.wear, int)]
+    return MappingProxyType(
+        {
+            **OF_A_DRIVE,
+            **_named(
+                OwnPoint(f"_writes_today_{name}", f"Writes of {name} in the last 24 hours", group="wear")
+                for name in lasting
+            ),
+            **_named(
+                OwnPoint(
+                    f"_writes_left_{name}", f"Writes that the memory of {name} is good for yet", group="wear"
+                )
+                for name in lasting
+            ),
+        }
+    )
+
 
 OF_A_LINE: Mapping[str, OwnPoint] = _named(
     (

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from gateway.mapping.finding import Report
 from gateway.mapping.forms import FormError
 from gateway.mapping.node import Path
-from gateway.mapping.own import OF_A_DRIVE, OF_A_LINE, OF_THE_GATEWAY
+from gateway.mapping.own import OF_A_LINE, OF_THE_GATEWAY, of_a_drive
 from gateway.mapping.sections import Mqtt, is_loopback
 from gateway.mapping.shape import nearest
 from gateway.mapping.site import Site
@@ -108,7 +108,7 @@ def _patterns(raw: RawSite) -> Iterator[tuple[Path, str]]:
 
 def _tags(site: Site) -> Iterator[str]:
     for drive in site.drives:
-        yield from (tag_of(drive.name, name) for name in (*drive.profile.points, *OF_A_DRIVE))
+        yield from (tag_of(drive.name, name) for name in (*drive.profile.points, *of_a_drive(drive.profile)))
     for line in site.lines:
         yield from (tag_of(own_name(line.name), name) for name in OF_A_LINE)
     yield from (tag_of(GATEWAY, name) for name in OF_THE_GATEWAY)

@@ -88,6 +88,8 @@ class DriveConfig:
     """Per point, narrower limits than the profile's, in the point's unit."""
     limits: Mapping[str, Pace] = field(default_factory=lambda: MappingProxyType({}))
     """Per point, a slower pace than the profile's."""
+    wear_per_day: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
+    """Per point whose writes wear it, how many are allowed in a day; others have `Site.wear_per_day`."""
     settings: Mapping[str, Fraction] = field(default_factory=lambda: MappingProxyType({}))
     """Every setting of the profile that has a value here or a default."""
     control: Control = Control()
@@ -137,6 +139,8 @@ class Site:
     rates: Mapping[str, float]
     """Rate class to period in seconds; ``fast``, ``normal`` and ``slow`` always exist."""
     writes_enabled: bool
+    wear_per_day: int = 10
+    """Writes in a day that each point has that wears by them."""
     data: Path
     """Absolute path of the data folder."""
     opcua: Mapping[str, Any] | None

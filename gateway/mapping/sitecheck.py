@@ -15,6 +15,7 @@ from gateway.mapping.shape import nearest
 from gateway.mapping.site import DriveConfig, LineConfig, Site
 from gateway.mapping.sitefile import RawSite
 from gateway.mapping.values import in_words
+from gateway.mapping.wearcheck import check_wear
 from gateway.tag import GATEWAY, own_name
 
 KEEP_RUNNING = "keep_running"
@@ -39,6 +40,7 @@ def check_site(raw: RawSite, site: Site, report: Report) -> None:
         check_limits(drive, report)
         check_control(drive, raw, report)
     check_starts(site, report)
+    check_wear(site, report)
     check_sections(raw, site, report)
 
 

@@ -151,6 +151,7 @@ class Drive(Shape):
         default_factory=dict
     )
     limits: dict[str, Limit] = Field(default_factory=dict)
+    wear_per_day: dict[str, Integer] = Field(default_factory=dict)
     settings: dict[str, Annotated[str, text_form(str), WithJsonSchema(ANY_SCHEMA)]] = Field(
         default_factory=dict
     )
@@ -171,9 +172,10 @@ class Line(Shape):
 
 
 class Writes(Shape):
-    """Whether anything is written to any drive."""
+    """Whether anything is written to any drive, and how often what wears."""
 
     enabled: Truth = False
+    wear_per_day: Integer = 10
 
 
 class Web(Entry):

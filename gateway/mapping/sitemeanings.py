@@ -67,6 +67,10 @@ SITE: Mapping[str, Mapping[str, Meaning]] = {
             "point to how fast it may be changed; can only narrow the profile's",
             "{frequency_command: {step: 10, slew: 2}}",
         ),
+        "wear_per_day": M(
+            "point to how often in a day it may be written, instead of what `writes` says",
+            "{enter_eeprom: 2}",
+        ),
         "control": M("who may command it, and what happens when he goes away"),
         "comm_loss": M("what it must do when the line dies", "stop", "that of the site"),
         "names": M("how it and what belongs to it are called outside"),
@@ -118,7 +122,12 @@ SITE: Mapping[str, Mapping[str, Meaning]] = {
     "DriveNames": {
         "points": M("single points and commands", "{output_frequency: {node: FAN1.SPEED, topic: speed}}"),
     },
-    "Writes": {"enabled": M("nothing is written to any drive until this is `true`", "true")},
+    "Writes": {
+        "enabled": M("nothing is written to any drive until this is `true`", "true"),
+        "wear_per_day": M(
+            "how often in a day a point may be written that wears by it; 0: never, at most 1000", "5"
+        ),
+    },
     "Opcua": {
         "endpoint": M("where it listens", "opc.tcp://127.0.0.1:4840"),
         "security": M("what is offered; `none` only on this machine", "[sign_and_encrypt]"),

@@ -42,6 +42,7 @@ def resolve_site(
         lines=tuple(_line(name, raw, profiles, folder, report) for name in raw.lines),
         rates=MappingProxyType(rates),
         writes_enabled=raw.writes.enabled,
+        wear_per_day=raw.writes.wear_per_day,
         data=data,
         opcua=_opcua(raw.opcua, folder, data) if raw.opcua else None,
         mqtt=tuple(_mqtt(raw, index, folder, data, rates, report) for index in range(len(raw.mqtt))),
@@ -98,6 +99,7 @@ def _drive(
         ranges=MappingProxyType(ranges),
         settings=MappingProxyType(settings),
         limits=MappingProxyType({point: _pace(limit) for point, limit in raw.limits.items()}),
+        wear_per_day=MappingProxyType(dict(raw.wear_per_day)),
         control=_control(raw.control or sitefile.Control()),
         comm_loss=_loss(raw.comm_loss or site.comm_loss),
     )

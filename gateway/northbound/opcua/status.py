@@ -53,6 +53,7 @@ _REFUSED: dict[Cause, int] = {
     Cause.DUPLICATE: ua.StatusCodes.BadInvalidState,
     Cause.OVERFLOW: ua.StatusCodes.BadTooManyOperations,
     Cause.JOURNAL: ua.StatusCodes.BadResourceUnavailable,
+    Cause.WEAR: ua.StatusCodes.BadResourceUnavailable,
     Cause.DRIVE_REFUSED: ua.StatusCodes.BadDeviceFailure,
     Cause.NO_ANSWER: ua.StatusCodes.BadNoCommunication,
     Cause.LINE_DOWN: ua.StatusCodes.BadNotConnected,

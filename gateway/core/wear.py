@@ -1,0 +1,145 @@
+"""H14: writes that wear a drive's memory are counted, through all runs, and bounded by the day. Pure.
+
+The intent of a frame names the points that it wears (``wears``, as tags). A day is the last 24 hours of lived
+time (`gateway.core.runs`), so that no change of the clock gives writes back or takes them away. A frame
+that was on record counts even where it was not sent in the end.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
+
+import msgspec
+from msgspec import field
+
+from gateway.core.alarms import Alarms
+from gateway.core.chain import Entry
+from gateway.core.drive import Drive
+from gateway.core.own import OwnTags, Tell
+from gateway.mapping.own import of_a_drive
+from gateway.mapping.profile import Point
+from gateway.mapping.site import Site
+from gateway.tag import Instant
+
+DAY = 86400.0
+MINUTE = 60
+
+NEARLY = 0.1
+"""Share of a memory's life at which an alarm tells that it comes to its end."""
+
+ALL = "_writes_today"
+"""The own point that counts the writes of all points of a drive."""
+
+
+class Worn(msgspec.Struct, kw_only=True):
+    """How often a point was written: ever, and when in the last day (lived time)."""
+
+    total: int = 0
+    day: list[float] = field(default_factory=list)
+
+    def write(self, lived: float) -> None:
+        """It is written once more."""
+        self.total += 1
+        self.day = [*self.since(lived), lived]
+
+    def since(self, lived: float) -> list[float]:
+        """When it was written in the day that ends now."""
+        return [at for at in self.day if at > lived - DAY]
+
+
+class Wear(msgspec.Struct, kw_only=True):
+    """What is remembered of all points that wear, by tag."""
+
+    points: dict[str, Worn] = field(default_factory=dict)
+
+    def fold(self, entry: Entry) -> None:
+        """Take in one entry of the journal."""
+        if entry["kind"] == "intent":
+            for tag in entry.get("wears", ()):
+                self.points.setdefault(tag, Worn()).write(entry["lived"])
+
+    def of(self, tag: str) -> Worn:
+        """How often a point was written."""
+        return self.points.get(tag, Worn())
+
+
+def wearing(drive: Drive, names: Iterable[str]) -> list[Point]:
+    """Those of the points whose writes wear the drive's memory."""
+    points = (drive.profile.points[name] for name in names)
+    return [point for point in points if point.wear is not None]
+
+
+class WearGuard:
+    """The budgets of a site. ``lived`` tells the lived time now."""
+
+    def __init__(
+        self, site: Site, drives: Sequence[Drive], alarms: Alarms, own: OwnTags, lived: Callable[[], float]
+    ) -> None:
+        self._wear = Wear()
+        self._daily = site.wear_per_day
+        self._drives = {drive.name: drive for drive in drives}
+        self._alarms = alarms
+        self._lived = lived
+        for drive in drives:
+            drive.worn = partial(self._worn, drive)
+            self._register(drive, own)
+
+    def restore(self, wear: Wear) -> None:
+        """Take up the counts of earlier runs."""
+        self._wear = wear
+
+    def count(self, entry: Entry, now: Instant) -> None:
+        """An entry goes on record: count what it wears, and tell when a memory comes to its end."""
+        self._wear.fold(entry)
+        for tag in entry.get("wears", ()):
+            name, _, point = tag.partition(".")
+            self._look(self._drives[name], self._drives[name].profile.points[point], now)
+
+    def _worn(self, drive: Drive, names: Iterable[str]) -> str:
+        """Why these points may not be written once more today; "" if they may."""
+        return next(filter(None, (self._refusal(drive, point) for point in wearing(drive, names))), "")
+
+    def _refusal(self, drive: Drive, point: Point) -> str:
+        budget = drive.config.wear_per_day.get(point.name, self._daily)
+        day = self._wear.of(drive.tag(point.name)).since(self._lived())
+        if len(day) < budget:
+            return ""
+        again = f"again in {_in_words(day[-budget] + DAY - self._lived())}, or " if budget else ""
+        twin = point.twin and f"write {point.twin}, which wears nothing"
+        return (
+            f"{point.name} was written {len(day)} times in 24 h; each time wears the drive's memory, and the "
+            f"site allows {budget} ({again}{twin or 'raise wear_per_day in the site file'})"
+        )
+
+    def _look(self, drive: Drive, point: Point, now: Instant) -> None:
+        total = self._wear.of(drive.tag(point.name)).total
+        if isinstance(point.wear, int) and total >= (1 - NEARLY) * point.wear:
+            text = f"{point.name} was written {total} times; its memory is good for {point.wear}"
+            self._alarms.raise_(drive.name, f"wear_{point.name}", text, now)
+
+    def _register(self, drive: Drive, own: OwnTags) -> None:
+        points = wearing(drive, drive.profile.points)
+        values: dict[str, Tell] = {ALL: lambda now: sum(self._today(drive, point) for point in points)}
+        for point in points:
+            if isinstance(point.wear, int):
+                values[f"{ALL}_{point.name}"] = self._tell_today(drive, point)
+                values[f"_writes_left_{point.name}"] = self._tell_left(drive, point, point.wear)
+        known = of_a_drive(drive.profile)
+        own.register(drive.name, {name: known[name] for name in values}, values)
+
+    def _today(self, drive: Drive, point: Point) -> int:
+        return len(self._wear.of(drive.tag(point.name)).since(self._lived()))
+
+    def _tell_today(self, drive: Drive, point: Point) -> Tell:
+        return lambda now: self._today(drive, point)
+
+    def _tell_left(self, drive: Drive, point: Point, life: int) -> Tell:
+        return lambda now: max(0, life - self._wear.of(drive.tag(point.name)).total)
+
+
+def _in_words(seconds: float) -> str:
+    """``3 h 20 min``, rounded up."""
+    minutes = int(seconds // MINUTE) + 1
+    hours, minutes = divmod(minutes, MINUTE)
+    return f"{hours} h {minutes} min" if hours else f"{minutes} min"

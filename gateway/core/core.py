@@ -90,16 +90,10 @@ class Core:
         self.trail = Trail(self._act)
         self.alarms = Alarms(lambda event: self.clients.tell_all(Happened(event)), self.trail.record)
         self.own = OwnTags(self.polling.demands, self.clients.publish)
-        self.wear = WearGuard(site, self.drives, self.alarms, self.own, lambda: self.trail.lived)
-        self.trail.follow(self.wear.count)
+        self.wear = WearGuard(site, self.drives, self.alarms, self.own, self.trail)
+        writes = site.writes_enabled
         self._writes = Writes(
-            site.writes_enabled,
-            self.drives,
-            self.polling,
-            self.clients,
-            self.lines,
-            self.trail,
-            self._replan,
+            writes, self.drives, self.polling, self.clients, self.lines, self.trail, self._replan
         )
         self._selected = SelectedReads(
             self.polling,

@@ -20,7 +20,7 @@ from msgspec import field
 from gateway.core.attempts import Attempts
 from gateway.core.chain import SNAPSHOT, Entry
 from gateway.core.runs import Runs
-from gateway.core.wear import Wear
+from gateway.core.worn import Wear
 
 
 class Memory(msgspec.Struct, kw_only=True):

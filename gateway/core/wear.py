@@ -1,28 +1,21 @@
-"""H14: writes that wear a drive's memory are counted, through all runs, and bounded by the day. Pure.
-
-The intent of a frame names the points that it wears (``wears``, as tags). A day is the last 24 hours of lived
-time (`gateway.core.runs`), so that no change of the clock gives writes back or takes them away. A frame
-that was on record counts even where it was not sent in the end.
-"""
+"""H14: points that wear by being written are written so often a day at most. Pure."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from functools import partial
-
-import msgspec
-from msgspec import field
 
 from gateway.core.alarms import Alarms
 from gateway.core.chain import Entry
 from gateway.core.drive import Drive
 from gateway.core.own import OwnTags, Tell
+from gateway.core.trail import Trail
+from gateway.core.worn import DAY, Wear
 from gateway.mapping.own import of_a_drive
 from gateway.mapping.profile import Point
 from gateway.mapping.site import Site
 from gateway.tag import Instant
 
-DAY = 86400.0
 MINUTE = 60
 
 NEARLY = 0.1
@@ -32,38 +25,6 @@ ALL = "_writes_today"
 """The own point that counts the writes of all points of a drive."""
 
 
-class Worn(msgspec.Struct, kw_only=True):
-    """How often a point was written: ever, and when in the last day (lived time)."""
-
-    total: int = 0
-    day: list[float] = field(default_factory=list)
-
-    def write(self, lived: float) -> None:
-        """It is written once more."""
-        self.total += 1
-        self.day = [*self.since(lived), lived]
-
-    def since(self, lived: float) -> list[float]:
-        """When it was written in the day that ends now."""
-        return [at for at in self.day if at > lived - DAY]
-
-
-class Wear(msgspec.Struct, kw_only=True):
-    """What is remembered of all points that wear, by tag."""
-
-    points: dict[str, Worn] = field(default_factory=dict)
-
-    def fold(self, entry: Entry) -> None:
-        """Take in one entry of the journal."""
-        if entry["kind"] == "intent":
-            for tag in entry.get("wears", ()):
-                self.points.setdefault(tag, Worn()).write(entry["lived"])
-
-    def of(self, tag: str) -> Worn:
-        """How often a point was written."""
-        return self.points.get(tag, Worn())
-
-
 def wearing(drive: Drive, names: Iterable[str]) -> list[Point]:
     """Those of the points whose writes wear the drive's memory."""
     points = (drive.profile.points[name] for name in names)
@@ -71,16 +32,17 @@ def wearing(drive: Drive, names: Iterable[str]) -> list[Point]:
 
 
 class WearGuard:
-    """The budgets of a site. ``lived`` tells the lived time now."""
+    """The budgets of a site."""
 
     def __init__(
-        self, site: Site, drives: Sequence[Drive], alarms: Alarms, own: OwnTags, lived: Callable[[], float]
+        self, site: Site, drives: Sequence[Drive], alarms: Alarms, own: OwnTags, trail: Trail
     ) -> None:
         self._wear = Wear()
         self._daily = site.wear_per_day
         self._drives = {drive.name: drive for drive in drives}
         self._alarms = alarms
-        self._lived = lived
+        self._trail = trail
+        trail.follow(self._count)
         for drive in drives:
             drive.worn = partial(self._worn, drive)
             self._register(drive, own)
@@ -89,28 +51,28 @@ class WearGuard:
         """Take up the counts of earlier runs."""
         self._wear = wear
 
-    def count(self, entry: Entry, now: Instant) -> None:
-        """An entry goes on record: count what it wears, and tell when a memory comes to its end."""
-        self._wear.fold(entry)
-        for tag in entry.get("wears", ()):
-            name, _, point = tag.partition(".")
-            self._look(self._drives[name], self._drives[name].profile.points[point], now)
-
     def _worn(self, drive: Drive, names: Iterable[str]) -> str:
         """Why these points may not be written once more today; "" if they may."""
         return next(filter(None, (self._refusal(drive, point) for point in wearing(drive, names))), "")
 
     def _refusal(self, drive: Drive, point: Point) -> str:
         budget = drive.config.wear_per_day.get(point.name, self._daily)
-        day = self._wear.of(drive.tag(point.name)).since(self._lived())
+        day = self._wear.of(drive.tag(point.name)).since(self._trail.lived)
         if len(day) < budget:
             return ""
-        again = f"again in {_in_words(day[-budget] + DAY - self._lived())}, or " if budget else ""
+        again = f"again in {_in_words(day[-budget] + DAY - self._trail.lived)}, or " if budget else ""
         twin = point.twin and f"write {point.twin}, which wears nothing"
         return (
             f"{point.name} was written {len(day)} times in 24 h; each time wears the drive's memory, and the "
             f"site allows {budget} ({again}{twin or 'raise wear_per_day in the site file'})"
         )
+
+    def _count(self, entry: Entry, now: Instant) -> None:
+        """An entry goes on record: count what it wears, and tell when a memory comes to its end."""
+        self._wear.fold(entry)
+        for tag in entry.get("wears", ()):
+            name, _, point = tag.partition(".")
+            self._look(self._drives[name], self._drives[name].profile.points[point], now)
 
     def _look(self, drive: Drive, point: Point, now: Instant) -> None:
         total = self._wear.of(drive.tag(point.name)).total
@@ -129,7 +91,7 @@ class WearGuard:
         own.register(drive.name, {name: known[name] for name in values}, values)
 
     def _today(self, drive: Drive, point: Point) -> int:
-        return len(self._wear.of(drive.tag(point.name)).since(self._lived()))
+        return len(self._wear.of(drive.tag(point.name)).since(self._trail.lived))
 
     def _tell_today(self, drive: Drive, point: Point) -> Tell:
         return lambda now: self._today(drive, point)

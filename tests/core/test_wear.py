@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gateway.core.wear import DAY, Wear
+from gateway.core.worn import DAY, Wear
 from gateway.mapping.site import Site
 from gateway.tag import Cause, Instant, Origin, Outcome, Role, Verdict
 from tests.core.world import World, site_of

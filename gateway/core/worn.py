@@ -1,0 +1,47 @@
+"""How often points were written that wear by it, as the journal remembers it (H14). Pure.
+
+The intent of a frame names the points that it wears (``wears``, as tags); it counts even where the frame was
+not sent in the end. A day is the last 24 hours of lived time (`gateway.core.runs`), so that no change of
+the clock gives writes back or takes them away.
+"""
+
+from __future__ import annotations
+
+import msgspec
+from msgspec import field
+
+from gateway.core.chain import Entry
+
+DAY = 86400.0
+
+
+class Worn(msgspec.Struct, kw_only=True):
+    """How often a point was written: ever, and when in the last day (lived time)."""
+
+    total: int = 0
+    day: list[float] = field(default_factory=list)
+
+    def write(self, lived: float) -> None:
+        """It is written once more."""
+        self.total += 1
+        self.day = [*self.since(lived), lived]
+
+    def since(self, lived: float) -> list[float]:
+        """When it was written in the day that ends now."""
+        return [at for at in self.day if at > lived - DAY]
+
+
+class Wear(msgspec.Struct, kw_only=True):
+    """What is remembered of all points that wear, by tag."""
+
+    points: dict[str, Worn] = field(default_factory=dict)
+
+    def fold(self, entry: Entry) -> None:
+        """Take in one entry of the journal."""
+        if entry["kind"] == "intent":
+            for tag in entry.get("wears", ()):
+                self.points.setdefault(tag, Worn()).write(entry["lived"])
+
+    def of(self, tag: str) -> Worn:
+        """How often a point was written."""
+        return self.points.get(tag, Worn())

@@ -150,7 +150,7 @@ class Line:
         if silence < 0:
             incoming.note = "collision"
             self.log[-1] = replace(self.log[-1], note="collision")
-            self._passing = deque((due, _garbled(data)) for due, data in self._passing)
+            self._passing = deque((due, garbled(data)) for due, data in self._passing)
         elif self.strict and silence < self.timing.silence - self.timing.tolerance:
             incoming.note = f"only {silence * 1000:.2f} ms of silence before it"
         return incoming
@@ -196,7 +196,7 @@ class Line:
         data, note = reply.data, ""
         if self._incoming is not None:
             self._incoming.note = note = "collision"
-            data = _garbled(data)
+            data = garbled(data)
         end = self._pass(data, reply.start)
         self._quiet_since = end
         if reply.drive == STRANGER and not note:
@@ -220,6 +220,6 @@ class Line:
         return start + len(data) * character
 
 
-def _garbled(data: bytes) -> bytes:
-    """What is left of bytes that collided."""
+def garbled(data: bytes) -> bytes:
+    """What is left of bytes that collided, or were sent at another speed."""
     return bytes(byte ^ 0x55 for byte in data)

@@ -14,7 +14,7 @@ from gateway.mapping.site import LineConfig
 from gateway.simulator.build import build_drives, wire_timing
 from gateway.simulator.drive import Drive
 from gateway.simulator.happening import Options
-from gateway.simulator.line import Line
+from gateway.simulator.line import Line, garbled
 from gateway.simulator.pty import Pty
 from gateway.simulator.wire import WireFrame
 
@@ -26,8 +26,8 @@ kernel wakes a sleeper 50 to 150 microseconds late."""
 class SimulatedLine:
     """The drives of one line behind a pty, from `start` (or ``with``) to `close`.
 
-    ``path`` is what the master opens. ``drives`` may be looked at and tampered with while the line runs.
-    Times in ``log`` are of `time.monotonic`.
+    ``path`` is what the master opens; at another speed than the line's no drive understands it. ``drives``
+    may be looked at and tampered with while the line runs. Times in ``log`` are of `time.monotonic`.
     """
 
     def __init__(
@@ -60,7 +60,7 @@ class SimulatedLine:
         """Plug the line in: ``path`` exists and the drives answer. Nothing happens if it is plugged in."""
         if self._thread is not None:
             return
-        pty = Pty(self.path)
+        pty = Pty(self.path, self._line.timing.baud)
         self._stop_reader, self._stop_writer = os.pipe()
         self._thread = threading.Thread(
             target=self._serve, args=(pty,), name=f"line {self.name}", daemon=True
@@ -87,7 +87,8 @@ class SimulatedLine:
         try:
             while not self._asked_to_stop(pty):
                 if data := pty.read():
-                    self._line.receive(data, monotonic())
+                    heard = data if pty.at_speed or not self._line.strict else garbled(data)
+                    self._line.receive(heard, monotonic())
                 if arrived := self._line.advance(monotonic()):
                     pty.write(arrived)
         finally:

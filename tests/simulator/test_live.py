@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import select
+import termios
 from collections.abc import Iterator
 from pathlib import Path
 from time import monotonic
@@ -178,3 +179,27 @@ def test_nothing_but_a_link_is_replaced(tmp_path: Path) -> None:
     with pytest.raises(FileExistsError, match="no symbolic link"):
         SimulatedLine(line_config(), tmp_path).start()
     assert (tmp_path / "north").read_text() == "a file of yours"
+
+
+def set_speed(fd: int, speed: int) -> None:
+    settings = termios.tcgetattr(fd)
+    settings[4] = settings[5] = speed
+    termios.tcsetattr(fd, termios.TCSANOW, settings)
+
+
+def test_no_drive_understands_another_speed(line: SimulatedLine, port: Port) -> None:
+    set_speed(port.fd, termios.B19200)
+    os.write(port.fd, READ)
+    assert port.collect(1, patience=0.1) == b""
+    assert line.log[-1].data != READ
+    set_speed(port.fd, termios.B9600)
+    rest(line)
+    assert len(port.exchange(READ, REPLY_LENGTH)[0]) == REPLY_LENGTH
+
+
+def test_a_line_that_is_not_strict_hears_any_speed(tmp_path: Path) -> None:
+    with SimulatedLine(line_config(), tmp_path, strict=False) as line:
+        port = Port(line.path)
+        set_speed(port.fd, termios.B19200)
+        assert len(port.exchange(READ, REPLY_LENGTH)[0]) == REPLY_LENGTH
+        port.close()

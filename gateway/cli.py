@@ -18,6 +18,7 @@ from gateway.commands import (
     profiles,
     read,
     run,
+    scan,
     schema,
     simulate,
     trace,
@@ -66,5 +67,5 @@ def _panel(title: str, *modules: object) -> None:
 
 _panel("Run", demo, run, simulate)
 _panel("Look and act", read, watch, write, command, trace, health, acknowledge)
-_panel("Prepare", check, plan, profiles, explain, schema)
+_panel("Prepare", check, scan, plan, profiles, explain, schema)
 app.add_typer(users.app, name="users", rich_help_panel="Prepare")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -32,19 +31,21 @@ def profiles(
 
     Exit 1 if a profile has errors.
     """
+    from gateway.terminal.models import profile_named
+
     if name:
-        _show(_load(_find(name)), as_json)
+        _show(profile_named(name), as_json)
     else:
         _list_all(as_json)
 
 
 def _list_all(as_json: bool) -> None:
     """Tell the profiles that are in order; what is wrong in the others goes to standard error."""
-    from gateway.mapping.load import load_profile
+    from gateway.mapping.load import builtin_mappings, load_profile
     from gateway.terminal.sites import listed
 
     wrong = False
-    for path in sorted(_folder().glob("*.yaml")):
+    for path in sorted(builtin_mappings().glob("*.yaml")):
         profile, findings = load_profile(path)
         if profile is not None:
             _tell(profile) if as_json else _list(profile)
@@ -53,33 +54,6 @@ def _list_all(as_json: bool) -> None:
             wrong = True
     if wrong:
         raise typer.Exit(1)
-
-
-def _folder() -> Path:
-    from gateway.mapping.load import builtin_mappings
-
-    return builtin_mappings()
-
-
-def _find(name: str) -> Path:
-    from gateway.terminal.errors import UsageError
-    from gateway.terminal.words import nearest
-
-    path = Path(name) if name.endswith((".yaml", ".yml")) else _folder() / f"{name}.yaml"
-    if not path.is_file():
-        known = [file.stem for file in _folder().glob("*.yaml")]
-        raise UsageError(f"there is no profile {name!r}{nearest(name, known)}")
-    return path
-
-
-def _load(path: Path) -> Profile:
-    from gateway.mapping.load import load_profile
-    from gateway.terminal.sites import WrongSiteError, listed
-
-    profile, findings = load_profile(path)
-    if profile is None:
-        raise WrongSiteError(listed(findings))
-    return profile
 
 
 def _tell(profile: Profile) -> None:

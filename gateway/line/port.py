@@ -133,7 +133,7 @@ def open_tcp(url: str) -> FilePort:
 
 def _configured(line: LineConfig) -> serial.Serial:
     # a pseudo terminal has no characters of 7 bits and no parity, and the second one to ask is refused
-    plain = _is_pseudo_terminal(line.port)
+    plain = is_pseudo_terminal(line.port)
     device = serial.Serial(
         port=line.port,
         baudrate=line.baud,
@@ -169,7 +169,7 @@ def _switch_direction(device: serial.Serial, rs485: Rs485) -> None:
         ) from error
 
 
-def _is_pseudo_terminal(path: str) -> bool:
+def is_pseudo_terminal(path: str) -> bool:
     """Simulated lines are pseudo terminals: they carry whole bytes and refuse to be set to fewer bits."""
     return Path(path).resolve().is_relative_to("/dev/pts")
 

@@ -12,7 +12,7 @@ from gateway import __version__
 from tests.cli.program import gateway, small_site
 
 RUNNING = ["demo", "run", "simulate", "read", "watch", "write", "command", "trace", "health"]
-COMMANDS = [*RUNNING, "check", "plan", "profiles", "explain", "schema", "users"]
+COMMANDS = [*RUNNING, "check", "scan", "plan", "profiles", "explain", "schema", "users"]
 HEAVY = ("asyncua", "paho", "pymodbus", "pydantic", "structlog", "yaml", "serial", "cryptography", "asyncio")
 
 

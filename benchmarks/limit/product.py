@@ -19,7 +19,7 @@ from benchmarks.wire.control import Wire
 from gateway.broker import EmbeddedBroker
 
 ITEMS = 2000
-START_SECONDS = 60.0
+START_SECONDS = 180.0
 
 
 @dataclass(slots=True)

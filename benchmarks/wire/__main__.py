@@ -85,10 +85,8 @@ def _hand_over(fd: int, line: WireLine) -> None:
 def main() -> None:
     """Set up the lines that standard input names, and run them."""
     ctypes.CDLL(None).prctl(PR_SET_TIMERSLACK, 1, 0, 0, 0)
-    with contextlib.suppress(
-        OSError
-    ):  # a wire does not wait; without the right to, figures are a little worse
-        os.setpriority(os.PRIO_PROCESS, 0, -20)
+    with contextlib.suppress(OSError):  # a wire does not wait; without the right to this, figures are worse
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(10))
     settings = [LineSettings(**one) for one in json.loads(sys.stdin.readline())["lines"]]
     emulator = Emulator(settings)
     print(json.dumps(emulator.ports), flush=True)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import argparse
 import asyncio
+import contextlib
 import gc
+import os
 import selectors
 import signal
 import socket
@@ -53,6 +55,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         for finding in findings:
             print(finding, file=sys.stderr)  # noqa: T201 - before there is anybody to log for
         return EXIT_CONFIGURATION
+    with contextlib.suppress(OSError):
+        os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(1))
     control = None if args.control_fd is None else socket.socket(fileno=args.control_fd)
     ports = dict(pair.split("=", 1) for pair in args.line)
     try:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 from pymodbus.pdu import ModbusPDU
 from pymodbus.pdu.diag_message import ReturnQueryDataRequest
@@ -33,6 +34,8 @@ EXCEPTION_LENGTH = 2
 
 READ_LIMIT = 125
 WRITE_LIMIT = 123
+READS = 4096
+"""Requests to read that are kept: the same ones are asked again and again."""
 _ADDRESSES = 0x10000
 
 
@@ -73,6 +76,7 @@ class Reply:
     exception: int | None = None
 
 
+@lru_cache(READS)
 def read_registers(address: int, count: int, function: int = READ_HOLDING) -> Request:
     """Read ``count`` registers from ``address``: holding (03H) or input (04H)."""
     _check_block(address, count, READ_LIMIT)

@@ -7,12 +7,16 @@ hides nothing behind it.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 from pymodbus.framer import FramerRTU
 
 from gateway.modbus.pdu import EXCEPTION_LENGTH, Reply, Request, interpret
 
 _UNIT = 1
 _CRC = 2
+FRAMES = 4096
+"""Frames that are kept: the same reads are asked again and again."""
 
 
 class RtuFraming:
@@ -22,8 +26,7 @@ class RtuFraming:
 
     def encode(self, unit: int, pdu: bytes) -> bytes:
         """Unit, PDU and CRC, low byte of the CRC register first."""
-        frame = bytes((unit,)) + pdu
-        return frame + crc(frame)
+        return _frame(bytes((unit,)) + pdu)
 
     def seeker(self, sent: bytes, request: Request, echo: bool = False) -> RtuSeeker:
         """Seek the reply of the unit that ``sent`` went to."""
@@ -73,12 +76,24 @@ class RtuSeeker:
         self._buffer += data
         if self._echo and not self._behind_echo():
             return None
-        while self._tried < len(self._buffer):
-            self._tried += 1
+        while (end := self._next_end()) is not None:
+            self._tried = end
             for head, length in self._forms:
                 if (reply := self._ending_here(head, length)) is not None:
                     return reply
+        self._tried = len(self._buffer)
         return None
+
+    def _next_end(self) -> int | None:
+        """The first byte not tried yet that could be the last of a reply, by what the reply begins with; the
+        end of it."""
+        ends = [
+            start + length
+            for head, length in self._forms
+            if (start := self._buffer.find(head, max(0, self._tried - length + 1))) >= 0
+        ]
+        end = min(ends, default=None)
+        return None if end is None or end > len(self._buffer) else end
 
     def _behind_echo(self) -> bool:
         """Skip our own request, once; False while it has not come back whole."""
@@ -96,6 +111,11 @@ class RtuSeeker:
         if crc(frame[:-_CRC]) != frame[-_CRC:]:
             return None
         return interpret(self._request, frame[_UNIT:-_CRC])
+
+
+@lru_cache(FRAMES)
+def _frame(body: bytes) -> bytes:
+    return body + crc(body)
 
 
 def crc(data: bytes) -> bytes:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from gateway.core.drive import Drive
-from gateway.core.meaning import Meaningless, is_fixed, meaning_of
+from gateway.core.meaning import Meaning, Meaningless, is_fixed, meaning_of
 from gateway.core.store import Store
 from gateway.mapping.profile import Point
 from gateway.modbus.encoding import decode
@@ -29,7 +29,11 @@ class Reading(NamedTuple):
 
 def reading_of(drive: Drive, store: Store, point: Point, words: Sequence[int]) -> Reading:
     """What a point's words say at present."""
-    meaning = meaning_of(drive, store, point)
+    return read_as(meaning_of(drive, store, point), words)
+
+
+def read_as(meaning: Meaning | Meaningless, words: Sequence[int]) -> Reading:
+    """What words say that have this meaning."""
     if isinstance(meaning, Meaningless):
         return Reading(None, meaning.quality, None, meaning.reason)
     decoded = decode(meaning.encoding, words, meaning.times)
@@ -40,13 +44,14 @@ def reading_of(drive: Drive, store: Store, point: Point, words: Sequence[int]) -
 
 @dataclass(slots=True)
 class Slot:
-    """A point in a block: its words begin at ``start`` and end before ``end``, counted from the block."""
+    """A point in a block: its words begin at ``start`` and end before ``end``, counted from the block.
+    ``meaning`` is None where it depends on other points."""
 
     point: Point
     tag: str
     start: int
     end: int
-    fixed: bool
+    meaning: Meaning | Meaningless | None
     words: tuple[int, ...] = ()
     reading: Reading | None = None
 
@@ -70,13 +75,14 @@ class Readout:
 
     def reading(self, slot: Slot, words: tuple[int, ...]) -> Reading:
         """What the words of a slot say; the samples of the points before it are in the store."""
-        if not slot.fixed or slot.reading is None or slot.words != words:
-            slot.reading = reading_of(self._drive, self._store, slot.point, words)
-            slot.words = words
+        if slot.meaning is None:
+            return reading_of(self._drive, self._store, slot.point, words)
+        if slot.reading is None or slot.words != words:
+            slot.reading, slot.words = read_as(slot.meaning, words), words
         return slot.reading
 
     def _slot(self, point: Point, address: int) -> Slot:
         start = point.address - address
-        return Slot(
-            point, self._drive.tag(point.name), start, start + point.words, is_fixed(self._drive, point)
-        )
+        fixed = is_fixed(self._drive, point)
+        meaning = meaning_of(self._drive, self._store, point) if fixed else None
+        return Slot(point, self._drive.tag(point.name), start, start + point.words, meaning)

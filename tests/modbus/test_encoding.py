@@ -54,6 +54,17 @@ def fields(draw: st.DrawFn) -> Encoding:
 
 
 @given(integers(), st.data(), st.fractions(min_value=Fraction(1, 7), max_value=50))
+def test_the_value_is_the_float_nearest_to_the_exact_one(
+    encoding: Encoding, data: st.DataObject, times: Fraction
+) -> None:
+    raw_words = tuple(data.draw(st.lists(words, min_size=encoding.words, max_size=encoding.words)))
+    decoded = decode(encoding, raw_words, times)
+    if decoded.special is None:
+        raw = extract(encoding, raw_words)
+        assert decoded.value == float(raw * encoding.scale * times + encoding.offset)
+
+
+@given(integers(), st.data(), st.fractions(min_value=Fraction(1, 7), max_value=50))
 def test_raw_to_value_to_raw_is_identity(encoding: Encoding, data: st.DataObject, times: Fraction) -> None:
     size = 16 * encoding.words
     low, high = {

@@ -143,6 +143,11 @@ class Core:
         ]
         return min((time for time in times if time is not None), default=None)
 
+    def look_ahead(self, at: float) -> list[Transmit]:
+        """What a `Ticked` at that instant (monotonic) will transmit if nothing happens before, as far as that
+        can be told without deciding anything: planned reads only. Changes nothing."""
+        return [Transmit(line, data) for line, data in self.lines.look_ahead(at)]
+
     # -- events
 
     def _handle(self, event: Event) -> None:

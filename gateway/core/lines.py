@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 from gateway.core.drive import Drive
 from gateway.line.interface import Action, Job, LineSettings, Plan, Read, Want, Write
@@ -74,6 +74,12 @@ class Lines:
         for name, at in self._wakes.items():
             if at <= now:
                 self._take(name, self._lines[name].tick(now))
+
+    def look_ahead(self, at: float) -> Iterator[tuple[str, bytes]]:
+        """What the lines that are due at an instant will send then; see `Line.look_ahead`."""
+        for name, due in self._wakes.items():
+            if due <= at and (data := self._lines[name].look_ahead(at)):
+                yield name, data
 
     def port_opened(self, line: str, now: float) -> None:
         """The port of a line is open."""

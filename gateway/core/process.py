@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import argparse
 import asyncio
-import contextlib
 import gc
-import os
-import selectors
 import signal
 import socket
 import sys
@@ -21,6 +18,7 @@ import structlog
 from gateway.bridge.api import BridgeError
 from gateway.bridge.place import socket_path
 from gateway.core.lock import data_lock
+from gateway.core.loop import exact_loop, go_first
 from gateway.core.server import Server
 from gateway.core.shell import Shell
 from gateway.log import configure
@@ -55,23 +53,19 @@ def main(argv: Sequence[str] | None = None) -> int:
         for finding in findings:
             print(finding, file=sys.stderr)  # noqa: T201 - before there is anybody to log for
         return EXIT_CONFIGURATION
-    with contextlib.suppress(OSError):
-        os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(1))
+    if not go_first():
+        log.info(
+            "no right to real-time priority: other programs can delay the lines (README.md, As a service)"
+        )
     control = None if args.control_fd is None else socket.socket(fileno=args.control_fd)
     ports = dict(pair.split("=", 1) for pair in args.line)
     try:
-        with data_lock(site.data), asyncio.Runner(loop_factory=precise_loop) as runner:
+        with data_lock(site.data), asyncio.Runner(loop_factory=exact_loop) as runner:
             runner.run(_serve(site, ports, control))
     except BridgeError as error:
         log.error("not started", reason=str(error))
         return EXIT_LOCKED
     return 0
-
-
-def precise_loop() -> asyncio.AbstractEventLoop:
-    """A loop whose timers are exact to a fraction of a millisecond: epoll, the usual selector, rounds
-    them up to whole ones, which costs a busy line more than a percent."""
-    return asyncio.SelectorEventLoop(selectors.SelectSelector())
 
 
 async def _serve(site: Site, ports: Mapping[str, str], control: socket.socket | None) -> None:

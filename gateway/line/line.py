@@ -34,7 +34,7 @@ from gateway.line.plan import make_plan
 from gateway.line.reachability import Unit
 from gateway.line.record import Record
 from gateway.line.requests import check_want, request_of
-from gateway.line.schedule import Choice, Probe, Schedule, Waiting
+from gateway.line.schedule import Choice, Due, Probe, Schedule, Waiting
 from gateway.line.telling import description, failed_blocks, purpose, told
 from gateway.line.trace import Trace
 from gateway.line.transaction import Question, Transaction, Wire
@@ -173,6 +173,16 @@ class Line:
         if self._current is not None and now >= self._current.deadline:
             actions = self._timed_out(self._current, now)
         return [*actions, *self._advance(now)]
+
+    def look_ahead(self, at: float) -> bytes:
+        """The planned read that `tick` will send at an instant if nothing happens before; empty for anything
+        else, and on a network, where nobody counts milliseconds and each request takes a number."""
+        if not self.is_open or self._current is not None or at < self._free_at or self._wire.framing.numbered:
+            return b""
+        if self._pauses.awaited() <= at:
+            return b""
+        choice = self._choice(at)
+        return self._units.frame(choice, self._wire) if isinstance(choice, Due) else b""
 
     # What is wanted and asked
 

@@ -9,7 +9,7 @@ from gateway.line.interface import Priority, Read, UnitFacts
 from gateway.line.reachability import Probing, Unit
 from gateway.line.requests import BROADCAST, broadcast_facts, request_of
 from gateway.line.schedule import Choice, Due, Probe, Waiting
-from gateway.line.transaction import Question
+from gateway.line.transaction import Question, Wire
 from gateway.modbus import pdu
 
 
@@ -42,6 +42,12 @@ class Units:
     def probe(self) -> Probe | None:
         """The next probe, now or later."""
         return self.probing.next(self)
+
+    def frame(self, choice: Due, wire: Wire) -> bytes:
+        """The bytes of a planned read; empty when it may have to wait for another question."""
+        request = self._request(choice)
+        told_apart = self._units[choice.unit].suspicion.tells_apart(request)
+        return wire.framing.encode(choice.unit, request.pdu) if told_apart else b""
 
     def question(self, choice: Choice, now: float) -> Question | None:
         """What to ask so that no late answer is mistaken for the reply; None: leave the unit alone."""

@@ -11,8 +11,9 @@ from pathlib import Path
 import pytest
 
 from gateway.core import shell as shell_module
+from gateway.core.core import Core
 from gateway.core.direct import DirectBridge, open_core
-from gateway.core.events import Action, Event, Ticked
+from gateway.core.events import Action, Event, Ticked, Transmit
 from gateway.core.shell import Shell
 from gateway.line.port import Port, PortError, open_port
 from gateway.mapping.site import LineConfig, Site
@@ -228,3 +229,28 @@ async def test_rts_on_a_port_that_cannot_says_so(tmp_path: Path) -> None:
     async with plugged(tmp_path), open_core(site) as bridge:
         reason = (await bridge.health()).lines[0].reason
         assert reason.startswith(f"{tmp_path / 'tty'}: this port cannot switch the direction by RTS"), reason
+
+
+async def test_a_read_that_goes_out_before_it_is_decided_goes_out_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    foretold: list[bytes] = []
+    look_ahead = Core.look_ahead
+
+    def spied(core: Core, at: float) -> list[Transmit]:
+        found = look_ahead(core, at)
+        foretold.extend(action.data for action in found)
+        return found
+
+    monkeypatch.setattr(Core, "look_ahead", spied)
+    site = load(write_site(tmp_path, "tty"))
+    async with plugged(tmp_path) as drive, open_core(site) as bridge:
+        await bridge.watch({FREQUENCY: 0.05})
+        await until(lambda: len(drive.heard) > 8 * 20)
+        await write(bridge, 12.5)
+        await bridge.watch({FREQUENCY: None})
+        page = await bridge.trace("north")
+        heard = drive.heard
+    sent = b"".join(frame.data for frame in page.frames if frame.sent)
+    assert len(foretold) > 10
+    assert heard.startswith(sent) and len(heard) - len(sent) <= 16, "the last ones are not in the trace yet"

@@ -275,7 +275,12 @@ class World:
             self.feed(Received("north", data))
         wake = self.core.wake()
         if wake is not None and wake <= self.now:
+            ahead = [action.data.hex(" ").upper() for action in self.core.look_ahead(self.now)]
+            before = len(self.wire)
             self.feed(Ticked())
+            assert ahead in ([], [data for _, data in self.wire[before:]][:1]), (
+                "what was foretold was not sent"
+            )
 
     def _carry_out(self, action: Any) -> None:
         match action:

@@ -182,7 +182,10 @@ class Bench:
                     self.line.counters.timeouts,
                     self.line.counters.damaged,
                 )
+                ahead = self.line.look_ahead(self.now)
                 actions = self.line.tick(self.now)
+                sent = [action.data for action in actions if isinstance(action, Transmit)]
+                assert ahead in (b"", *sent), "what was foretold was not sent"
                 self._carry_out(actions)
                 after = (self.line.counters.requests, self.line.counters.timeouts, self.line.counters.damaged)
                 assert actions or before != after or self.line.wake() != wake, "woken for nothing"

@@ -9,6 +9,7 @@ import typer
 from gateway import __version__
 from gateway.commands import (
     acknowledge,
+    audit,
     check,
     command,
     demo,
@@ -66,6 +67,6 @@ def _panel(title: str, *modules: object) -> None:
 
 
 _panel("Run", demo, run, simulate)
-_panel("Look and act", read, watch, write, command, trace, health, acknowledge)
+_panel("Look and act", read, watch, write, command, trace, audit, health, acknowledge)
 _panel("Prepare", check, scan, plan, profiles, explain, schema)
 app.add_typer(users.app, name="users", rich_help_panel="Prepare")

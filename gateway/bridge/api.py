@@ -204,6 +204,28 @@ class Alarm(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     """Who acknowledged it."""
 
 
+class RefusedGap(msgspec.Struct, frozen=True, kw_only=True):
+    """Addresses that no point has, across which a drive does not let itself be read, and the exception
+    ``code`` with which it says so. ``time`` is when that was found."""
+
+    drive: str
+    profile: str
+    unit: int
+    first: int
+    last: int
+    code: int
+    time: int
+
+    @property
+    def text(self) -> str:
+        """What was found, and what to do about it."""
+        span = f"{self.first:04X}H" if self.first == self.last else f"{self.first:04X}H..{self.last:04X}H"
+        return (
+            f"{self.drive} refuses reads across {span} with {self.code:02X}H; what stands on both sides is "
+            f"read apart (add `{span}` to `holes` in the profile {self.profile})"
+        )
+
+
 class Health(msgspec.Struct, frozen=True, kw_only=True):
     """How the core is doing."""
 
@@ -216,6 +238,8 @@ class Health(msgspec.Struct, frozen=True, kw_only=True):
     """Empty when the journal can be written, else why not."""
     alarms: tuple[Alarm, ...] = ()
     """Every alarm that stands, the oldest first."""
+    gaps: tuple[RefusedGap, ...] = ()
+    """What drives turned out not to let itself be read across."""
 
 
 class Reading(msgspec.Struct, frozen=True, kw_only=True):
@@ -237,6 +261,8 @@ class Demand(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
 
     wanted: tuple[tuple[str, float], ...] = ()
     reading: Reading | None = None
+    gaps: tuple[RefusedGap, ...] = ()
+    """Those at which that read ends, because the drive does not let itself be read across them."""
 
 
 class Frame(msgspec.Struct, frozen=True, array_like=True):

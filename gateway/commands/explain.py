@@ -93,16 +93,19 @@ def _planned(site: Site, tag: str) -> tuple[Catalogue, Demand]:
     from gateway.bridge.messages import AskDemand, DemandIs, Watch
     from gateway.core.core import Core
     from gateway.core.events import Asked, Joined, Started, Tell
+    from gateway.core.memory import Memory
     from gateway.tag import Instant, Role
+    from gateway.terminal.learned import learned_gaps
     from gateway.terminal.words import points_by_tag, select
 
     core, now = Core(site, __version__), Instant(0.0, 0)
     points = points_by_tag(core.catalogue)
     wanted = {*select(core.catalogue, ()), *([tag] if tag in points and points[tag].readable else [])}
     wants = {name: site.rates[points[name].rate] for name in wanted}
-    for event in (Started(), Joined(1, "explain", Role.VIEWER), Asked(1, Watch(1, wants))):
+    memory = Memory(gaps=learned_gaps(site))
+    for event in (Started(memory), Joined(1, "explain", Role.VIEWER), Asked(1, Watch(1, wants))):
         core.step(event, now)
     told = core.step(Asked(1, AskDemand(2, tag)), now)
     answers = (m.message.demand for m in told if isinstance(m, Tell) and isinstance(m.message, DemandIs))
-    reading = next(answers, Demand()).reading
-    return core.catalogue, Demand(reading=reading)
+    demand = next(answers, Demand())
+    return core.catalogue, Demand(reading=demand.reading, gaps=demand.gaps)

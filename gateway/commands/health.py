@@ -23,11 +23,11 @@ def health(site: SiteFile, as_json: AsJson = False) -> None:
     A line or drive that is down, or an alarm, is shown, but is not the gateway's own illness.
     """
     from gateway.terminal.connect import run
-    from gateway.terminal.output import say, say_json
+    from gateway.terminal.output import health_object, say, say_json
 
     found = run(_health(site))
     if as_json:
-        say_json(found)
+        say_json(health_object(found))
     else:
         say("\n".join(_lines(found)))
     if found.journal:
@@ -48,7 +48,15 @@ def _lines(health: Health) -> list[str]:
     drives = [f"drive {name}: {'up' if up else 'down'}" for name, up in health.drives.items()]
     journal = [f"journal: {health.journal}"] if health.journal else []
     alarms = map(_alarm, health.alarms)
-    return [f"up since {moment(health.started)}", *map(_line, health.lines), *drives, *journal, *alarms]
+    gaps = [gap.text for gap in health.gaps]
+    return [
+        f"up since {moment(health.started)}",
+        *map(_line, health.lines),
+        *drives,
+        *journal,
+        *alarms,
+        *gaps,
+    ]
 
 
 def _alarm(alarm: Alarm) -> str:

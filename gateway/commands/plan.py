@@ -30,6 +30,7 @@ def plan(
     Nothing is opened. Exit 1 if a line cannot hold the periods, or a drive would take it for dead.
     """
     from gateway.core.planning import LinePlan, line_plans
+    from gateway.terminal.learned import learned_gaps
     from gateway.terminal.output import console, say, say_json
     from gateway.terminal.planning import plan_head, plan_notes, plan_object, plan_table
     from gateway.terminal.sites import load
@@ -41,7 +42,7 @@ def plan(
         say("\n".join(f"  {note}" for note in plan_notes(found)))
 
     changed = changed_by(load(site), what_if or ())
-    plans = line_plans(changed.site, changed.turnaround)
+    plans = line_plans(changed.site, changed.turnaround, learned_gaps(changed.site))
     for found in plans:
         if as_json:
             say_json(plan_object(found))

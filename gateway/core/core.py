@@ -53,6 +53,7 @@ from gateway.core.events import (
     Ticked,
     Transmit,
 )
+from gateway.core.gaps import GapWatch
 from gateway.core.health import Wellbeing
 from gateway.core.lines import Lines
 from gateway.core.oversight import Oversight
@@ -107,12 +108,13 @@ class Core:
             self._read,
             self._selected.read,
         )
+        self._gaps = self._gap_watch()
         self._watchkeeper = Watchkeeper(self.drives, dict(site.rates), self.polling, self.clients)
         self._oversight = Oversight(
             self.drives, self.polling, self.alarms, self.own, self._reads.start, self._replan
         )
         self._health = Wellbeing(
-            site.lines, self.lines, self.clients, self._watchkeeper, self.alarms, self.trail
+            site.lines, self.lines, self.clients, self._watchkeeper, self.alarms, self.trail, self._gaps
         )
         register(self.own, self.lines, self._health)
         self.catalogue = catalogue_of(site, self.drives, self.own, version, generation=1)
@@ -199,6 +201,7 @@ class Core:
             self.alarms.raise_(GATEWAY, "journal_broken", text, self._now, once=True)
         self.wear.restore(event.memory.wear)
         self._writes.restore(event.memory)
+        self._gaps.restore(event.memory.gaps)
         self._replan(self._watchkeeper.start())
         self.lines.start(self._now.mono)
 
@@ -248,7 +251,10 @@ class Core:
                 self.clients.tell(session, HealthIs(id, self._health.report(self._now)))
             case AskDemand(id, tag):
                 self.clients.tell(
-                    session, DemandIs(id, demand_for(tag, self.polling, self.lines, self.clients))
+                    session,
+                    DemandIs(
+                        id, demand_for(tag, self.polling, self.lines, self.clients, self._gaps.refused())
+                    ),
                 )
             case AskTrace(id, line, after):
                 page = self._health.trace(line, after, self._now)
@@ -303,8 +309,10 @@ class Core:
         match action:
             case line_does.BlockRead():
                 self._observed(drive, action)
+                self._gaps.read(drive, action, self._now)
             case line_does.BlockFailed():
-                self.polling.failed(drive, action, self._now)
+                if not self._gaps.failed(drive, action):
+                    self.polling.failed(drive, action, self._now)
             case line_does.UnitUp():
                 self._watchkeeper.drive_up(drive, self._now)
                 self._oversight.drive_up(drive, self._now)
@@ -319,6 +327,8 @@ class Core:
             self._observed(self.lines.drive(line, request.unit), block)
         if self._writes.owns(job):
             self._writes.job_done(job, result, at, self._now)
+        elif self._gaps.owns(job):
+            self._gaps.job_done(job, result, self._now)
         else:
             self._reads.job_done(job, result, at, self._now)
 
@@ -327,6 +337,15 @@ class Core:
         self._writes.observe(drive.name, self._now)
 
     # -- services to the parts
+
+    def _gap_watch(self) -> GapWatch:
+        return GapWatch(
+            self.drives,
+            lambda drive, gaps: self.lines.forbid(drive, gaps, self._now.mono),
+            self._read,
+            self.trail.record,
+            lambda event: self.clients.tell_all(Happened(event)),
+        )
 
     def _replan(self, tags: Collection[str]) -> None:
         """The demands on these tags changed: tell their lines what is wanted now."""

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
-from gateway.bridge.api import Demand, Reading
+from gateway.bridge.api import Demand, Reading, RefusedGap
 from gateway.core.clients import Clients
 from gateway.core.lines import Lines
 from gateway.core.polling import Polling
@@ -12,7 +12,9 @@ from gateway.line.interface import Block
 from gateway.mapping.profile import Point
 
 
-def demand_for(tag: str, polling: Polling, lines: Lines, clients: Clients) -> Demand:
+def demand_for(
+    tag: str, polling: Polling, lines: Lines, clients: Clients, gaps: Sequence[RefusedGap]
+) -> Demand:
     """The demands on a tag, and the read that brings it: none for the gateway's own."""
     found = polling.point(tag)
     if found is None:
@@ -23,7 +25,12 @@ def demand_for(tag: str, polling: Polling, lines: Lines, clients: Clients) -> De
         (_reading(b) for b in blocks if b.unit == drive.unit and b.table == point.table and _holds(b, point)),
         None,
     )
-    return Demand(wanted=tuple(_wanted(tag, polling, clients)), reading=reading)
+    beside = tuple(gap for gap in gaps if reading and gap.drive == drive.name and _ends_at(reading, gap))
+    return Demand(wanted=tuple(_wanted(tag, polling, clients)), reading=reading, gaps=beside)
+
+
+def _ends_at(reading: Reading, gap: RefusedGap) -> bool:
+    return gap.last + 1 == reading.address or reading.address + reading.count == gap.first
 
 
 def _holds(block: Block, point: Point) -> bool:

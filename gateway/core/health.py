@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from gateway.bridge.api import Frame, Health, LineHealth, TracePage
 from gateway.core.alarms import Alarms
 from gateway.core.clients import Clients
+from gateway.core.gaps import GapWatch
 from gateway.core.lines import Lines
 from gateway.core.polling import wall_of
 from gateway.core.trail import Trail
@@ -32,6 +33,7 @@ class Wellbeing:
         watchkeeper: Watchkeeper,
         alarms: Alarms,
         trail: Trail,
+        gaps: GapWatch,
     ) -> None:
         self.started = Instant(0.0, 0)
         self._clock = self.started
@@ -41,6 +43,7 @@ class Wellbeing:
         self._clients = clients
         self._watchkeeper = watchkeeper
         self._alarms = alarms
+        self._gaps = gaps
         self._down: dict[str, str] = {config.name: "not open yet" for config in configs}
 
     @property
@@ -73,6 +76,7 @@ class Wellbeing:
             sessions=tuple(self._clients.names()),
             journal=self.journal,
             alarms=self._alarms.standing(),
+            gaps=self._gaps.refused(),
         )
 
     def trace(self, name: str, after: int, now: Instant) -> TracePage | None:

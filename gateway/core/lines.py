@@ -97,6 +97,10 @@ class Lines:
         """Tell a line what is wanted of it."""
         self._take(line, self._lines[line].demand(wants, now))
 
+    def forbid(self, drive: Drive, gaps: tuple[tuple[int, int], ...], now: float) -> None:
+        """Let no planned read of a drive pass over these addresses from now on."""
+        self._take(drive.line, self._lines[drive.line].forbid(drive.unit, gaps, now))
+
     def new_job(self) -> int:
         """A number for a job that is about to be asked."""
         self._last_job += 1

@@ -19,6 +19,7 @@ from msgspec import field
 
 from gateway.core.attempts import Attempts
 from gateway.core.chain import SNAPSHOT, Entry
+from gateway.core.gaps import Gaps
 from gateway.core.runs import Runs
 from gateway.core.worn import Wear
 
@@ -29,6 +30,7 @@ class Memory(msgspec.Struct, kw_only=True):
     runs: Runs = field(default_factory=Runs)
     attempts: Attempts = field(default_factory=Attempts)
     wear: Wear = field(default_factory=Wear)
+    gaps: Gaps = field(default_factory=Gaps)
 
     def fold(self, entry: Entry) -> str:
         """Take in one entry. A part that does not understand it passes it over; that is told in words."""

@@ -7,14 +7,16 @@ anew.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from gateway.bridge.api import RefusedGap
 from gateway.core.drive import Drive, is_polled
+from gateway.core.gaps import Gaps
 from gateway.core.lines import settings_of
 from gateway.core.polling import Polling
 from gateway.line.forecast import Forecast, Setup, forecast
-from gateway.line.interface import Block, Want
+from gateway.line.interface import Block, UnitFacts, Want
 from gateway.line.repairs import Repair, repairs
 from gateway.mapping.profile import Kind
 from gateway.mapping.site import LineConfig, Site
@@ -29,6 +31,8 @@ class LinePlan:
     line: LineConfig
     forecast: Forecast
     repairs: tuple[Repair, ...]
+    gaps: tuple[RefusedGap, ...] = ()
+    """What its drives turned out not to let themselves be read across; the plan respects it."""
 
     @property
     def mute(self) -> tuple[str, ...]:
@@ -48,28 +52,37 @@ class LinePlan:
         return [point.name for point in Drive(config).points_in(block.address, block.count)]
 
 
-def line_plans(site: Site, turnaround: float | None = None) -> list[LinePlan]:
+def line_plans(site: Site, turnaround: float | None = None, known: Gaps | None = None) -> list[LinePlan]:
     """The plan of every line. ``turnaround`` is how many seconds each drive is taken to need before it
-    replies; None: what its profile says is usual."""
+    replies; None: what its profile says is usual. ``known`` is what a gateway found out before."""
     plans = []
     for line in site.lines:
-        setup = setup_of(site, line, turnaround)
-        plans.append(LinePlan(line, forecast(setup), tuple(repairs(setup))))
+        gaps = [gap for config in line.drives for gap in (known or Gaps()).of(Drive(config))]
+        setup = setup_of(site, line, turnaround, gaps)
+        plans.append(LinePlan(line, forecast(setup), tuple(repairs(setup)), tuple(gaps)))
     return plans
 
 
-def setup_of(site: Site, line: LineConfig, turnaround: float | None = None) -> Setup:
+def setup_of(
+    site: Site, line: LineConfig, turnaround: float | None = None, gaps: Sequence[RefusedGap] = ()
+) -> Setup:
     """A line and its default demand, for the planner."""
     drives = [Drive(config) for config in line.drives]
     losses = {config.unit: config.profile.serial.comm_loss.after for config in line.drives}
     return Setup(
         settings=settings_of(line),
-        units=tuple(drive.facts for drive in drives),
+        units=tuple(_without(drive.facts, gaps) for drive in drives),
         wants=_by_class(_wants(drives, line.name, site.rates), site.rates),
         bauds=_common_bauds(line),
         comm_loss={unit: after for unit, after in losses.items() if after is not None},
         turnaround=turnaround,
     )
+
+
+def _without(facts: UnitFacts, gaps: Sequence[RefusedGap]) -> UnitFacts:
+    """The facts of a unit that is not read across these gaps, as far as they are its own."""
+    holes = tuple((gap.first, gap.last) for gap in gaps if gap.unit == facts.unit)
+    return replace(facts, holes=facts.holes + holes)
 
 
 def with_rates(site: Site, rates: Mapping[str, float]) -> Site:

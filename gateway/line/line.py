@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 from gateway.line.connection import Connection
 from gateway.line.interface import (
@@ -88,6 +89,7 @@ class Line:
         self._record = Record()
         self._wants: tuple[Want, ...] = ()
         self._planned: dict[int, float] = {}
+        self._forbidden: dict[int, tuple[tuple[int, int], ...]] = {}
         self._planned_at = self._paced_at = -math.inf
         self._current: Transaction | None = None
         self._free_at = -math.inf
@@ -194,6 +196,12 @@ class Line:
         self._replan(now)
         down = [unit for unit in self._units if unit.up is False]
         return [PlanChanged(), *failed_blocks(self.plan, down, now), *self._advance(now)]
+
+    def forbid(self, unit: int, gaps: tuple[tuple[int, int], ...], now: float) -> list[Action]:
+        """Let no planned read of a unit pass over these addresses. What is asked once may."""
+        self._forbidden[unit] = gaps
+        self._replan(now)
+        return [PlanChanged(), *self._advance(now)]
 
     def ask(self, job: Job, now: float) -> list[Action]:
         """Let a job wait for its turn. Raises `ValueError` when its unit cannot take such a request."""
@@ -359,9 +367,13 @@ class Line:
     def _replan(self, now: float) -> None:
         self._planned = {unit.facts.unit: _rounded(unit.turnaround.usual) for unit in self._units}
         self._planned_at = now
-        facts = {unit.facts.unit: unit.facts for unit in self._units}
+        facts = {unit.facts.unit: self._for_plan(unit.facts) for unit in self._units}
         self.plan = make_plan(self._wants, facts, self._read_cost)
         self._pace(now)
+
+    def _for_plan(self, facts: UnitFacts) -> UnitFacts:
+        gaps = self._forbidden.get(facts.unit)
+        return replace(facts, holes=(*facts.holes, *gaps)) if gaps else facts
 
     def _pace(self, now: float) -> None:
         """Let the schedule follow the plan, the units that are there, and how fast they really are."""

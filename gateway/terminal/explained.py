@@ -10,6 +10,7 @@ from gateway.bridge.api import CommandInfo, Demand, DriveInfo, PointInfo, Readin
 from gateway.mapping.profile import Command, Point, Profile
 from gateway.mapping.site import DriveConfig, Site
 from gateway.terminal.losing import loss_text
+from gateway.terminal.output import gap_object
 from gateway.terminal.profiles import command_object, point_object
 from gateway.terminal.sheet import command_text, doubt_text, notes, place_text, source_text
 
@@ -89,6 +90,7 @@ def explained_object(found: Explained) -> dict[str, Any]:
         "section": subject.provenance.place,
         **about,
         **_reading_object(found.demand.reading),
+        "gaps": [gap_object(gap) for gap in found.demand.gaps],
         "running": found.running,
         "wanted": [{"who": who, "period": period} for who, period in found.demand.wanted],
         "node": found.node,
@@ -135,6 +137,7 @@ def _point_facts(found: Explained, point: Point) -> Iterator[tuple[str, str]]:
         f"{point.access}, rate {point.rate}" + (f", written by {point.role}" if point.role else ""),
     )
     yield "read", _reading_text(found)
+    yield from (("gap", gap.text) for gap in found.demand.gaps)
     yield "wanted by", wanted_text(found.demand, found.running)
 
 

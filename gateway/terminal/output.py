@@ -10,7 +10,7 @@ import msgspec
 import typer
 from rich.console import Console
 
-from gateway.bridge.api import PointInfo
+from gateway.bridge.api import Health, PointInfo, RefusedGap
 from gateway.tag import Outcome, Sample, Value, Verdict
 
 
@@ -69,6 +69,23 @@ def sample_object(sample: Sample, point: PointInfo) -> dict[str, Any]:
         "time": moment(sample.time),
         "age": sample.age,
         "reason": sample.reason,
+    }
+
+
+def health_object(health: Health) -> dict[str, Any]:
+    """A gateway's health for programs; the shape stands in docs/cli.md."""
+    return {**msgspec.to_builtins(health), "gaps": [gap_object(gap) for gap in health.gaps]}
+
+
+def gap_object(gap: RefusedGap) -> dict[str, Any]:
+    """A gap that a drive refuses, for programs."""
+    return {
+        "drive": gap.drive,
+        "first": f"{gap.first:04X}H",
+        "last": f"{gap.last:04X}H",
+        "code": f"{gap.code:02X}H",
+        "found": moment(gap.time),
+        "text": gap.text,
     }
 
 

@@ -12,6 +12,7 @@ from gateway.core.planning import LinePlan
 from gateway.line.forecast import Forecast, PlannedRead, Watchdog
 from gateway.line.repairs import Repair
 from gateway.terminal.losing import loss_notes, loss_object
+from gateway.terminal.output import gap_object
 
 COLUMNS = ("drive", "registers", "points", "bytes", "ms", "period", "oldest", "load")
 
@@ -47,6 +48,7 @@ def plan_notes(plan: LinePlan) -> list[str]:
     ]
     if plan.mute:
         notes.append(f"{_listed(list(plan.mute))}: cannot be set to {plan.line.baud} bit/s")
+    notes += [gap.text for gap in plan.gaps]
     notes += _watchdog_notes(plan)
     notes += loss_notes(plan.line)
     notes += [f"{_fit(repair.forecast)}: {repair_text(plan, repair)}" for repair in plan.repairs]
@@ -65,6 +67,7 @@ def plan_object(plan: LinePlan) -> dict[str, Any]:
         **_summary(forecast),
         "comm_loss": [_watchdog_object(plan, watchdog) for watchdog in forecast.watchdogs],
         "loss": [loss_object(drive) for drive in plan.line.drives],
+        "gaps": [gap_object(gap) for gap in plan.gaps],
         "blocks": [_block_object(plan, read) for read in forecast.reads],
         "repairs": [_repair_object(plan, repair) for repair in plan.repairs],
     }

@@ -123,6 +123,7 @@ class World:
     Args:
         journal_delay: seconds until a journal entry is on disk.
         memory: what the journal of an earlier world remembers (`World.memory`): this one is its restart.
+        twins: the site as its drives really are, where that is not what the gateway was told.
     """
 
     def __init__(
@@ -130,6 +131,7 @@ class World:
         site: Site | None = None,
         journal_delay: float = 0.002,
         memory: Memory | None = None,
+        twins: Site | None = None,
         **options: Any,
     ) -> None:
         self.site = site or make_site()
@@ -145,7 +147,7 @@ class World:
         self.wire: list[tuple[float, str]] = []
         self._later: list[tuple[float, Event]] = []
         self._last_request = 0
-        config = self.site.lines[0]
+        config = (twins or self.site).lines[0]
         drives = build_drives(config, {d.name: Options(**options) for d in config.drives})
         self.drives = drives
         self.simulated = SimulatedLine(wire_timing(config), drives.values())

@@ -41,9 +41,11 @@ def command(
 
 async def _command(path: Path, drive: str, name: str, words: Sequence[str], ttl: float) -> Outcome:
     from gateway.terminal.connect import local_origin, open_bridge
-    from gateway.terminal.sites import load
+    from gateway.terminal.sites import load, refuse_absent
     from gateway.terminal.words import arguments, find_command, find_drive
 
-    async with open_bridge(load(path)) as bridge:
+    loaded = load(path)
+    refuse_absent(loaded, drive, name)
+    async with open_bridge(loaded) as bridge:
         args = arguments(find_command(find_drive(bridge.catalogue, drive), name), words)
         return await bridge.command(drive, name, args, local_origin(), ttl)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -12,6 +12,7 @@ from gateway.terminal.options import AsJson, SiteFile
 if TYPE_CHECKING:
     from gateway.bridge.api import Catalogue, CommandInfo, Demand
     from gateway.mapping.site import Site
+    from gateway.terminal.broadcasts import ForAll
     from gateway.terminal.explained import Explained
     from gateway.terminal.explainedown import ExplainedOwn
 
@@ -34,27 +35,39 @@ def explain(
     Who wants it is told by the running gateway; without one the read is that of a plan for everything
     that is monitored.
     """
-    from gateway.terminal import explained, explainedown
     from gateway.terminal.connect import run
     from gateway.terminal.output import say, say_json
+    from gateway.terminal.sites import load
 
-    found = run(_explain(site, tag))
-    if isinstance(found, explainedown.ExplainedOwn):
-        about, lines = explainedown.explained_object(found), explainedown.explained_lines(found)
-    else:
-        about, lines = explained.explained_object(found), explained.explained_lines(found)
+    about, lines = _told(run(_explain(load(site), tag)))
     if as_json:
         say_json(about)
     else:
         say("\n".join(lines))
 
 
-async def _explain(path: Path, tag: str) -> Explained | ExplainedOwn:
-    from gateway.bridge.place import running
-    from gateway.terminal.connect import running_bridge
-    from gateway.terminal.sites import load
+def _told(found: Explained | ExplainedOwn | ForAll) -> tuple[dict[str, Any], Iterable[str]]:
+    """What there is to tell, for programs and for people."""
+    from gateway.terminal import broadcasts, explained, explainedown
 
-    site = load(path)
+    if isinstance(found, explainedown.ExplainedOwn):
+        return explainedown.explained_object(found), explainedown.explained_lines(found)
+    if isinstance(found, broadcasts.ForAll):
+        return broadcasts.explained_object(found), broadcasts.explained_lines(found)
+    return explained.explained_object(found), explained.explained_lines(found)
+
+
+async def _explain(site: Site, tag: str) -> Explained | ExplainedOwn | ForAll:
+    from gateway.bridge.place import running
+    from gateway.tag import split_tag
+    from gateway.terminal.broadcasts import broadcast_of
+    from gateway.terminal.connect import running_bridge
+    from gateway.terminal.sites import refuse_absent
+
+    for_all = broadcast_of(site, tag)
+    if for_all is not None:
+        return for_all
+    refuse_absent(site, *split_tag(tag))
     if running(site.data):
         async with running_bridge(site) as bridge:
             return _found(site, bridge.catalogue, tag, await bridge.demand(tag), True)

@@ -33,12 +33,15 @@ def write(
 
 
 async def _write(path: Path, assignment: str, ttl: float) -> Outcome:
+    from gateway.tag import split_tag
     from gateway.terminal.connect import local_origin, open_bridge
-    from gateway.terminal.sites import load
+    from gateway.terminal.sites import load, refuse_absent
     from gateway.terminal.words import find_point, read_value, split
 
     tag, text = split(assignment)
-    async with open_bridge(load(path)) as bridge:
+    site = load(path)
+    refuse_absent(site, *split_tag(tag))
+    async with open_bridge(site) as bridge:
         point = find_point(bridge.catalogue, tag)
         value = read_value(text, point.type, point.values)
         return await bridge.write(tag, value, local_origin(), ttl)

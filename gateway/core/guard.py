@@ -15,6 +15,7 @@ from fractions import Fraction
 from gateway.core.drive import Drive
 from gateway.core.meaning import Meaning, is_fixed, meaning_of
 from gateway.core.store import Store
+from gateway.mapping.absent import why_absent
 from gateway.mapping.profile import Command, Encoding, Kind, Limits, Point
 from gateway.modbus.encoding import EncodingError, decode, encode, insert, to_words
 from gateway.tag import OWN, Cause, Origin, Outcome, Role, Value, ValueType, Verdict
@@ -67,7 +68,7 @@ def check_point(drive: Drive, name: str) -> Point:
     if name.startswith(OWN):
         raise refuse(Cause.NOT_WRITABLE, f"{name} is told by the gateway; nobody writes it")
     if point is None:
-        raise refuse(Cause.UNKNOWN_TAG, f"{drive.name} has no point {name}")
+        raise refuse(Cause.UNKNOWN_TAG, f"{drive.name} has no point {name}{_because(drive, name)}")
     if point.by_command_only:
         names = ", ".join(
             c.name for c in drive.profile.commands.values() if any(name in s.write for s in c.steps)
@@ -88,8 +89,8 @@ def check_command(
     """
     command = drive.profile.commands.get(name)
     if command is None:
-        names = ", ".join(drive.profile.commands)
-        raise refuse(Cause.UNKNOWN_COMMAND, f"{drive.name} has no command {name} (it has {names or 'none'})")
+        why = _because(drive, name) or f" (it has {', '.join(drive.profile.commands) or 'none'})"
+        raise refuse(Cause.UNKNOWN_COMMAND, f"{drive.name} has no command {name}{why}")
     if set(args) != set(command.args):
         wanted = ", ".join(command.args) or "no arguments"
         raise refuse(Cause.WRONG_ARGUMENTS, f"{name} takes {wanted}; given: {', '.join(args) or 'none'}")
@@ -98,6 +99,12 @@ def check_command(
         point = drive.profile.points[point_name]
         numbers[argument] = check_value(drive, store, point, args[argument], argument)
     return command, numbers
+
+
+def _because(drive: Drive, name: str) -> str:
+    """Why the drive has not what its profile knows, to be put behind a sentence."""
+    reason = why_absent(drive.config, name)
+    return f": {reason}" if reason else ""
 
 
 def check_value(drive: Drive, store: Store, point: Point, value: Value, name: str) -> Fraction:

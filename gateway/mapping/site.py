@@ -95,6 +95,8 @@ class DriveConfig:
     control: Control = Control()
     comm_loss: LossDemand | None = None
     """None: nobody said; then what the drive does is only shown."""
+    ruled_out: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
+    """Points and commands of the profile that the drive's settings leave out, and why."""
     names: DriveNames | None = None
     """None: by the default rule, which `gateway.mapping.naming` states."""
 

@@ -159,16 +159,19 @@ def _followed(point: Point, points: Collection[str], commands: Collection[str]) 
 
 
 def _words(profile: Profile, points: Mapping[str, Point], settings: Settings) -> list[Word]:
-    words = (
-        replace(
-            word,
-            address=shifted(word.address, word.shift, settings),
-            shift=None,
-            fields=tuple(name for name in word.fields if name in points),
-        )
-        for word in profile.words.values()
-    )
+    words = (_word(word, points, settings) for word in profile.words.values())
     return [word for word in words if word.fields]
+
+
+def _word(word: Word, points: Mapping[str, Point], settings: Settings) -> Word:
+    """The word as this drive has it. A bit that is a pulse under other settings only is kept in the image."""
+    fields = tuple(name for name in word.fields if name in points)
+    pulses = 0
+    for name in fields:
+        cut = points[name].encoding
+        pulses |= ((1 << cut.width) - 1) << cut.bit if points[name].pulse else 0
+    address = shifted(word.address, word.shift, settings)
+    return replace(word, address=address, shift=None, fields=fields, pulse_mask=pulses)
 
 
 def _probe(probe: str, points: Mapping[str, Point]) -> str:

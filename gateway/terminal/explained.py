@@ -125,7 +125,12 @@ def _point_facts(found: Explained, point: Point) -> Iterator[tuple[str, str]]:
     yield "register", f"{place_text(point)} ({point.table}), unit {found.config.unit} on {found.config.line}"
     encoding = point.encoding
     symbol = f", {encoding.scale} {encoding.symbol} a count" if encoding.symbol and not point.cases else ""
-    yield "value", f"{encoding.type}{symbol}" if not encoding.width else f"{encoding.width} bits{symbol}"
+    yield (
+        "value",
+        f"{encoding.type}{symbol}"
+        if not encoding.width
+        else f"{encoding.width} bit{'s' if encoding.width > 1 else ''}{symbol}",
+    )
     if point.limits and isinstance(found.info, PointInfo):
         yield "range", f"{found.info.low}..{found.info.high} {encoding.symbol or ''}".rstrip()
     for text in notes(point, doubts=False):

@@ -6,6 +6,7 @@ import sys
 from collections.abc import Iterable
 from pathlib import Path
 
+from gateway.mapping.absent import why_absent
 from gateway.mapping.finding import Finding
 from gateway.mapping.load import load_site
 from gateway.mapping.site import Site
@@ -31,6 +32,18 @@ def load(path: Path) -> Site:
     if findings:
         sys.stderr.write(listed(findings) + "\n")
     return site
+
+
+def refuse_absent(site: Site, drive: str, name: str) -> None:
+    """Say why a drive has not what its profile knows; nothing for any other name.
+
+    Raises:
+        CommandError: with the reason.
+    """
+    config = next((config for config in site.drives if config.name == drive), None)
+    reason = "" if config is None else why_absent(config, name)
+    if reason:
+        raise CommandError(f"{drive}.{name} cannot be used: {reason}")
 
 
 def listed(findings: Iterable[Finding]) -> str:

@@ -8,6 +8,7 @@ CONTROL: list[Fact] = [
     # 10 (1), 0000H: forward and reverse are bits 0 and 1; both at once means nothing
     field(0x0000, 0, 1, "run_command", {0: "stop", 1: "forward", 2: "reverse"}),
     *bits(0x0000, "- - terminal_3 terminal_4 terminal_5 terminal_6 terminal_7 terminal_8", RW),
+    *bits(0x0000, "- - - fault_reset", RW),
     # 0001H: its unit depends on 000FH
     Fact("frequency_command", 0x0001, unit="Hz", access=RW, exact="by case"),
     # 0007H, 0008H: -726 to 726 is -11 V to 11 V

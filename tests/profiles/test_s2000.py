@@ -196,6 +196,7 @@ def test_firmware_that_has_the_command_words_one_higher() -> None:
         "run_command",
         "frequency_command",
         *(f"terminal_{n}" for n in range(3, 9)),
+        "fault_reset",
     }
     assert {p["name"] for p in told("s2000")["points"] if p["shift"]} >= {"run_command", "frequency_command"}
 
@@ -232,3 +233,36 @@ def test_no_setting_no_drive(tmp_path: Path) -> None:
     """100 % must be said by the site."""
     with pytest.raises(AssertionError, match="e1_04"):
         Life(tmp_path, "s2000", unit=1, serial="9600 8N1")
+
+
+def words_written(drive: Life, register: int) -> list[tuple[float, int]]:
+    """When a register was written alone, and what."""
+    start = f"01 10 {register >> 8:02X} {register & 255:02X} 00 01 02"
+    frames = [(at, frame) for at, frame in drive.wire if frame.startswith(start)]
+    return [(at, int(frame.split()[7] + frame.split()[8], 16)) for at, frame in frames]
+
+
+def test_the_reset_is_held_for_its_time_and_taken_back(tmp_path: Path) -> None:
+    drive = Life(tmp_path, "s2000", unit=1, serial="9600 8N1", settings="{e1_04: 60, h1_02: fault_reset}")
+    drive.found()
+    drive.put("terminal_6", True)
+    drive.do("run_forward", frequency=20.0)
+    drive.trips("fault_oc")
+    drive.do("stop")
+    drive.do("reset_fault")
+    (closed, held), (opened, rest) = words_written(drive, 0)[-2:]
+    assert (held, rest) == (0b10_1000, 0b10_0000), "terminal 6 stays closed"
+    assert 0.2 <= opened - closed < 0.4
+    assert drive.value("fault") is False
+
+
+def test_where_terminal_4_does_not_reset_it_is_a_terminal_like_the_others(tmp_path: Path) -> None:
+    drive = Life(tmp_path, "s2000", unit=1, serial="9600 8N1", settings="{e1_04: 60}")
+    drive.found()
+    drive.put("terminal_4", True)
+    drive.put("terminal_5", True)
+    assert words_written(drive, 0)[-1][1] == 0b1_1000
+    refused = drive.do("reset_fault", verdict=Verdict.REFUSED)
+    assert "h1_02: fault_reset" in refused.reason
+    refused = drive.do("run_forward_all", verdict=Verdict.REFUSED, frequency=50.0)
+    assert "sends no broadcasts" in refused.reason

@@ -1,0 +1,77 @@
+"""What a profile says of messages to all drives at once: shown, and not sent by this version."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from gateway.mapping.absent import NOT_SENT, members
+from gateway.mapping.profile import Broadcast, Command, Point
+from gateway.mapping.site import DriveConfig, Site
+from gateway.tag import split_tag
+from gateway.terminal.profiles import command_object, point_object
+from gateway.terminal.sheet import command_text, doubt_text, notes, place_text, source_text
+
+UNIT = 0
+"""The unit address that all drives obey."""
+
+
+@dataclass(frozen=True, slots=True)
+class ForAll:
+    """A point or command of the broadcast layout of a drive's profile."""
+
+    config: DriveConfig
+    broadcast: Broadcast
+    subject: Point | Command
+
+
+def explained_object(found: ForAll) -> dict[str, Any]:
+    """For programs; the shape stands in docs/cli.md."""
+    subject, layout = found.subject, found.broadcast
+    document = found.config.profile.documents.get(subject.provenance.document)
+    if isinstance(subject, Point):
+        about = point_object(subject)
+    else:
+        about = command_object(subject, layout.points)
+    return {
+        "tag": f"{found.config.name}.{subject.name}",
+        "line": found.config.line,
+        "unit_address": UNIT,
+        "profile": found.config.profile.name,
+        "document": document.title if document else None,
+        "section": subject.provenance.place,
+        **about,
+        "sent": False,
+        "reason": NOT_SENT,
+    }
+
+
+def explained_lines(found: ForAll) -> Iterator[str]:
+    """For people: a headline, then one fact a line."""
+    yield f"{found.config.name}.{found.subject.name}: {found.subject.help}".rstrip(": ")
+    for title, text in _facts(found):
+        yield f"  {title:9} {text}"
+
+
+def _facts(found: ForAll) -> Iterator[tuple[str, str]]:
+    subject = found.subject
+    yield "sent", f"no: {NOT_SENT}"
+    yield "document", source_text(subject.provenance, found.config.profile.documents)
+    if doubt := doubt_text(subject.provenance):
+        yield "doubt", doubt
+    if isinstance(subject, Point):
+        yield "register", f"{place_text(subject)}, unit {UNIT} (all drives) on {found.config.line}"
+        yield from (("note", text) for text in notes(subject, doubts=False))
+    else:
+        yield from (("command", line) for line in command_text(subject, found.broadcast.points))
+
+
+def broadcast_of(site: Site, tag: str) -> ForAll | None:
+    """What a tag means if it is of a broadcast layout: ``pump-2.run_forward_all``."""
+    drive, name = split_tag(tag)
+    config = next((config for config in site.drives if config.name == drive), None)
+    broadcast = config.profile.broadcast if config is not None else None
+    if config is None or broadcast is None or name not in members(broadcast):
+        return None
+    return ForAll(config, broadcast, broadcast.points.get(name) or broadcast.commands[name])

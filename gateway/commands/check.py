@@ -45,11 +45,14 @@ def check(
 
 def _check_files(path: Path, as_json: bool) -> Site:
     """Tell what is wrong in the files; the site if nothing is."""
-    from gateway.mapping.finding import has_errors
+    from gateway.mapping.finding import has_errors, in_order
     from gateway.mapping.load import load_site
+    from gateway.terminal.judged import judged
     from gateway.terminal.output import say, say_json
 
     loaded, findings = load_site(path)
+    if loaded is not None:
+        findings = in_order([*findings, *judged(loaded)])
     for finding in findings:
         if as_json:
             say_json(finding)

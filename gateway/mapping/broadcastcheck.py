@@ -40,7 +40,7 @@ def _check_fixed(point: Point, place: Path, report: Report) -> None:
 def _check_target(point: Point, name: str, points: Mapping[str, Point], place: Path, report: Report) -> None:
     target = points.get(name)
     if target is None:
-        report.unknown_name(place, f"`{name}` is no point", nearest(name, list(points)))
+        report.unknown_name(place, name, f"`{name}` is no point", nearest(name, list(points)))
     elif not target.access.writable:
         report.error(place, f"`{name}` is never written", "name the point that takes the value")
     elif point.encoding.symbol == PERCENT != target.encoding.symbol:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator
 from fractions import Fraction
 
 from gateway.mapping import names
@@ -10,32 +10,30 @@ from gateway.mapping.broadcastcheck import check_sets
 from gateway.mapping.circles import check_circles
 from gateway.mapping.commands import STOP, STOP_ALL
 from gateway.mapping.coverage import check_cases
-from gateway.mapping.facts import LOOP_BACK
-from gateway.mapping.finding import Report
-from gateway.mapping.layout import Claim
+from gateway.mapping.facts import FUNCTIONS, LOOP_BACK
+from gateway.mapping.finding import Report, some
 from gateway.mapping.node import Path
+from gateway.mapping.overlap import check_overlap
 from gateway.mapping.pointcheck import check_point
-from gateway.mapping.profile import Point, Profile, Table, Term
+from gateway.mapping.profile import Point, Profile
+from gateway.mapping.reachcheck import check_reach
 from gateway.mapping.resolve import Resolved
 from gateway.mapping.shape import nearest
-
-_SHOWN = 3
-"""Points that a summary names."""
 
 
 def check(resolved: Resolved, stem: str, report: Report) -> None:
     """Complain about everything in a profile that does not fit; ``stem`` is the file's own name."""
     profile = resolved.profile
     if profile.name != stem:
-        report.error(
-            ("profile",),
-            f"the profile `{profile.name}` stands in a file named `{stem}`",
-            "make both the same",
-        )
-    _check_overlap(resolved.layout.claims, profile.points, report)
+        message = f"the profile `{profile.name}` stands in a file named `{stem}`"
+        report.error(("profile",), message, "make both the same")
+    layout = resolved.layout
+    check_overlap(layout, profile.points, report)
+    check_reach(profile.points.values(), layout, profile.modbus, report)
     for point in profile.points.values():
-        check_point(point, resolved.layout.keys[point.name], resolved, report)
-        check_cases(point, resolved.layout.keys[point.name], profile, report)
+        check_point(point, layout, resolved, report)
+        if point.cases and not report.wrong(layout.keys[point.name].place("cases")):
+            check_cases(point, layout.keys[point.name], profile, report)
     check_circles(profile.points, resolved.layout.keys, report)
     _check_origins(profile, report)
     _check_names(resolved, report)
@@ -51,11 +49,9 @@ def check(resolved: Resolved, stem: str, report: Report) -> None:
 
 def _check_origins(profile: Profile, report: Report) -> None:
     """What is known of similar models only, and is written all the same: told once for the whole profile."""
-    points = [p for p in profile.points.values() if p.access.writable and p.provenance.similar]
+    points = [p.name for p in profile.points.values() if p.access.writable and p.provenance.similar]
     if points:
-        shown = ", ".join(f"`{point.name}`" for point in points[:_SHOWN])
-        more = f" and {len(points) - _SHOWN} more" if len(points) > _SHOWN else ""
-        message = f"{shown}{more}: written, but known from similar models only"
+        message = f"{some(points)}: written, but known from similar models only"
         report.warn(("documents",), message, "try it on the drive, and give its own source", key=True)
 
 
@@ -64,13 +60,15 @@ def _check_broadcast(resolved: Resolved, report: Report) -> None:
     broadcast, layout = resolved.profile.broadcast, resolved.broadcast
     if broadcast is None:
         return
-    _check_overlap(layout.claims, broadcast.points, report)
+    check_overlap(layout, broadcast.points, report)
+    check_reach(broadcast.points.values(), layout, resolved.profile.modbus, report)
     for point in broadcast.points.values():
-        check_point(point, layout.keys[point.name], resolved, report)
+        check_point(point, layout, resolved, report)
     runs = [name for name in broadcast.commands if name.startswith("run_")]
     if runs and STOP_ALL not in broadcast.commands:
         place = ("broadcast", "commands", runs[0])
-        report.unknown_name(place, f"there is `{runs[0]}`, but no command `{STOP_ALL}`", "add it", key=True)
+        message = f"there is `{runs[0]}`, but no command `{STOP_ALL}`"
+        report.unknown_name(place, STOP_ALL, message, "add it", key=True)
 
 
 def _check_followers(resolved: Resolved, report: Report) -> None:
@@ -80,11 +78,11 @@ def _check_followers(resolved: Resolved, report: Report) -> None:
         keys = resolved.layout.keys[point.name]
         if point.then is not None:
             _check_then(point, profile, keys.place("then"), report)
-        if point.twin is not None:
+        if point.twin is not None and point.twin not in resolved.layout.doubtful:
             _check_twin(point, profile, (*keys.path, "twin"), report)
         if point.shift is not None and point.shift not in profile.settings:
             remedy = nearest(point.shift, list(profile.settings))
-            report.unknown_name(keys.place("shift"), f"`{point.shift}` is no setting", remedy)
+            report.unknown_name(keys.place("shift"), point.shift, f"`{point.shift}` is no setting", remedy)
 
 
 def _check_twin(point: Point, profile: Profile, place: Path, report: Report) -> None:
@@ -92,7 +90,7 @@ def _check_twin(point: Point, profile: Profile, place: Path, report: Report) -> 
     twin = profile.points.get(point.twin or "")
     if twin is None:
         remedy = nearest(point.twin or "", list(profile.points))
-        report.unknown_name(place, f"`{point.twin}` is no point", remedy)
+        report.unknown_name(place, point.twin or "", f"`{point.twin}` is no point", remedy)
     elif not twin.access.writable or twin.encoding.symbol != point.encoding.symbol:
         message = f"`{twin.name}` does not take what `{point.name}` takes"
         report.error(place, message, "name a point that is written in the same unit")
@@ -104,62 +102,17 @@ def _check_then(point: Point, profile: Profile, place: Path, report: Report) -> 
     command = profile.commands.get(point.then or "")
     if command is None:
         remedy = nearest(point.then or "", list(profile.commands))
-        report.unknown_name(place, f"`{point.then}` is no command", remedy)
+        report.unknown_name(place, point.then or "", f"`{point.then}` is no command", remedy)
     elif command.args or any(profile.points[name].then for step in command.steps for name in step.write):
         message = f"`{point.then}` cannot follow a write: it takes arguments, or starts itself again"
         report.error(place, message, "name a command that only stores or activates")
-
-
-def _check_overlap(claims: Iterable[Claim], points: Mapping[str, Point], report: Report) -> None:
-    """No two entries on the same bits, unless one is only read and the other only written, or they are
-    never there together."""
-    seen: dict[tuple[Table, int], list[Claim]] = {}
-    for claim in claims:
-        other = _rival(claim, seen, points)
-        if other is not None:
-            register, bit = divmod(max(claim.first, other.first), 16)
-            report.error(
-                claim.path,
-                f"`{claim.name}` and `{other.name}` share bit {bit} of {register:04X}H",
-                "correct the address, the bits or the width",
-                key=True,
-            )
-        for bit in range(claim.first, claim.last + 1):
-            seen.setdefault((claim.table, bit), []).append(claim)
-
-
-def _rival(
-    claim: Claim, seen: dict[tuple[Table, int], list[Claim]], points: Mapping[str, Point]
-) -> Claim | None:
-    """Another claim that cannot stand beside this one."""
-    for bit in range(claim.first, claim.last + 1):
-        for other in seen.get((claim.table, bit), ()):
-            meet = (claim.reads and other.reads) or (claim.writes and other.writes)
-            if meet and not _never_together(points.get(claim.name), points.get(other.name)):
-                return other
-    return None
-
-
-def _never_together(one: Point | None, other: Point | None) -> bool:
-    """True for points whose conditions exclude each other, or that are selected differently; and for a view
-    of a word by patterns, which is only read."""
-    if one is None or other is None:
-        return False
-    if one.select != other.select or one.encoding.patterns or other.encoding.patterns:
-        return True
-    pairs = ((a, b) for a in one.when for b in other.when if a.name == b.name)
-    return any(not _meet(a, b) for a, b in pairs)
-
-
-def _meet(one: Term, other: Term) -> bool:
-    return any(a[0] <= b[1] and b[0] <= a[1] for a in one.ranges for b in other.ranges)
 
 
 def _check_names(resolved: Resolved, report: Report) -> None:
     for point in resolved.profile.points.values():
         path = resolved.layout.keys[point.name].path
         meaning = names.misused(point)
-        if meaning:
+        if meaning and point.name not in resolved.layout.doubtful:
             report.warn(
                 path, f"`{point.name}` is a shared name and means {meaning}", "use another name", key=True
             )
@@ -186,29 +139,26 @@ def _check_words(resolved: Resolved, report: Report) -> None:
         fields = [points[name] for name in word.fields]
         written = [point for point in fields if point.access.writable]
         whole = any(point.access.readable for point in fields)
-        if written and not word.image and not whole:
-            path = resolved.layout.keys[written[0].name].path
-            report.error(
-                path[:-2],
-                f"`{written[0].name}` is written, but the rest of {word.address:04X}H is "
-                "neither read nor kept",
-                "add `image: true`",
-                key=True,
-            )
+        path = resolved.layout.keys[written[0].name].path[:-2] if written else ()
+        if written and not word.image and not whole and not report.wrong(path):
+            rest = f"the rest of {word.address:04X}H is neither read nor kept"
+            message = f"`{written[0].name}` is written, but {rest}"
+            report.error(path, message, "add `image: true`", key=True)
 
 
 def _check_probe(profile: Profile, report: Report) -> None:
     probe = profile.modbus.probe
     place = ("modbus", "probe")
     if probe == "loop_back":
-        if LOOP_BACK not in profile.modbus.functions:
+        if LOOP_BACK not in profile.modbus.functions and not report.wrong(FUNCTIONS):
             report.error(place, "`loop_back` needs function 08H", "add it to `functions`, or name a point")
     elif not probe:
-        report.unknown_name(
-            ("groups",), "no point can be read, so the drive can never be seen", "add one", key=True
-        )
+        if not report.wrong(("groups",)):
+            report.error(
+                ("groups",), "no point can be read, so the drive can never be seen", "add one", key=True
+            )
     elif probe not in profile.points:
-        report.unknown_name(place, f"`{probe}` is no point", "name a point, or loop_back")
+        report.unknown_name(place, probe, f"`{probe}` is no point", "name a point, or loop_back")
     elif not profile.points[probe].access.readable:
         report.error(place, f"`{probe}` cannot be read", "name a point that can")
 
@@ -229,7 +179,7 @@ def _check_commands(profile: Profile, report: Report) -> None:
     runs = [name for name in profile.commands if name.startswith("run_")]
     if runs and STOP not in profile.commands:
         message = f"there is `{runs[0]}`, but no command `stop`"
-        report.unknown_name(("commands", runs[0]), message, "add it", key=True)
+        report.unknown_name(("commands", runs[0]), STOP, message, "add it", key=True)
     stop = profile.commands.get(STOP)
     if stop is not None and (stop.args or stop.only_when):
         key = "args" if stop.args else "only_when"
@@ -244,7 +194,7 @@ def _check_settings(resolved: Resolved, report: Report) -> None:
         resolved.conditions.target(action, ("serial", "comm_loss", "action"), key=False)
         used.add(action)
     for name in profile.settings:
-        if name not in used and not report.partial:
+        if name not in used and not report.lost.use(name) and not report.meant(name):
             report.warn(("settings", name), f"nothing uses the setting `{name}`", "leave it out", key=True)
 
 

@@ -7,7 +7,7 @@ from itertools import pairwise
 from types import MappingProxyType
 
 from gateway.mapping import forms
-from gateway.mapping.facts import WRITE_MANY
+from gateway.mapping.facts import WRITE_MANY, WRITE_ONE
 from gateway.mapping.finding import Report
 from gateway.mapping.forms import FormError
 from gateway.mapping.inherit import Level, Sources
@@ -72,17 +72,15 @@ class CommandMaker:
             p.name for step in raw.steps for text in step.write.values() if (p := forms.placeholder(text))
         }
         for name, point in raw.args.items():
-            place = (*path, "args", name)
             if point not in self._points:
                 remedy = nearest(point, list(self._points))
-                self._report.unknown_name(place, f"`{point}` is no point", remedy)
-            if name not in filled:
-                self._report.error(
-                    place,
-                    f"the argument `{name}` is never used",
-                    f"write <{name}> in a step, or leave it out",
-                    key=True,
-                )
+                self._report.unknown_name((*path, "args", name), point, f"`{point}` is no point", remedy)
+        unused = [name for name in raw.args if name not in filled]
+        misspelled = len(filled - raw.args.keys())
+        for name in unused[misspelled:] if not self._report.lost.inside(path) else ():
+            message = f"the argument `{name}` is never used"
+            remedy = f"write <{name}> in a step, or leave it out"
+            self._report.error((*path, "args", name), message, remedy, key=True)
 
     def _step(self, raw: RawStep, command: RawCommand, path: Path) -> Step:
         write: dict[str, Constant | Argument] = {}
@@ -92,10 +90,13 @@ class CommandMaker:
                 write[name] = value
         if not raw.write:
             self._report.error((*path, "write"), "the step writes nothing", "name at least one point")
-        self._check_together([self._points[name] for name in write], (*path, "write"))
+        known = [point for name in raw.write if (point := self._points.get(name)) is not None]
+        if len(known) == len(raw.write):
+            self._check_together(known, (*path, "write"))
         until = self._conditions.find(raw.until, (*path, "until"))
         for term in until:
-            self._check_provable(term, write, (*path, "until", term.name))
+            if term.name in write or term.name not in raw.write:
+                self._check_provable(term, write, (*path, "until", term.name))
         when = self._conditions.find(raw.when, (*path, "when"))
         return Step(MappingProxyType(write), until, raw.within, when)
 
@@ -117,7 +118,7 @@ class CommandMaker:
         point = self._points.get(name)
         if point is None:
             remedy = nearest(name, list(self._points))
-            self._report.unknown_name(path, f"`{name}` is no point", remedy, key=True)
+            self._report.unknown_name(path, name, f"`{name}` is no point", remedy, key=True)
             return None
         if not point.access.writable:
             self._report.error(path, f"`{name}` cannot be written", "name a point that can", key=True)
@@ -189,7 +190,8 @@ class CommandMaker:
                 "make it two steps",
                 key=True,
             )
-        if registers > 1 and WRITE_MANY not in self._modbus.functions:
+        functions = self._modbus.functions
+        if registers > 1 and WRITE_MANY not in functions and WRITE_ONE in functions:
             self._report.error(
                 path, "the drive cannot write two registers at once", "make it two steps", key=True
             )

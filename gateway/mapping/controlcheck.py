@@ -39,7 +39,8 @@ def check_limits(drive: DriveConfig, report: Report) -> None:
         point = drive.profile.points.get(name)
         if point is None:
             remedy = nearest(name, [p.name for p in drive.profile.points.values() if p.access.writable])
-            report.error(place, f"`{drive.profile.name}` has no point `{name}`", remedy, key=True)
+            message = f"`{drive.profile.name}` has no point `{name}`"
+            report.unknown_name(place, name, message, remedy, key=True)
         elif not point.access.writable:
             report.error(place, f"`{name}` is never written, so it has no limits", "leave it out", key=True)
         else:
@@ -63,7 +64,7 @@ def check_starts(site: Site, report: Report) -> None:
         for index, drive in enumerate(group.drives):
             place: Path = ("starts", group.name, "drives", index)
             if drive not in names:
-                report.error(place, f"there is no drive `{drive}`", nearest(drive, names))
+                report.unknown_name(place, drive, f"there is no drive `{drive}`", nearest(drive, names))
             elif drive in groups:
                 message = f"`{drive}` starts in the group `{groups[drive]}` already"
                 report.error(place, message, "leave one of them out")
@@ -73,7 +74,7 @@ def check_starts(site: Site, report: Report) -> None:
 def check_control(drive: DriveConfig, raw: RawSite, report: Report) -> None:
     """With writes on, somebody must have chosen what happens when the commander goes away."""
     control = drive.control
-    if control.lease == "off":
+    if control.lease == "off" or report.lost.inside((*_place(drive), "control")):
         return
     if raw.writes.enabled and control.on_expiry is None:
         report.error(
@@ -99,13 +100,15 @@ def _check_expiry(drive: DriveConfig, report: Report) -> None:
     """The action on expiry must be one that the drive has."""
     place = (*_place(drive), "control", "on_expiry")
     if drive.control.on_expiry == "stop" and "stop" not in drive.profile.commands:
-        report.error(place, f"`{drive.profile.name}` has no command `stop`", "choose hold or {setpoint: 20}")
+        message = f"`{drive.profile.name}` has no command `stop`"
+        report.unknown_name(place, "stop", message, "choose hold or {setpoint: 20}")
     value = drive.control.setpoint
     if value is None:
         return
     point = drive.profile.points.get(SETPOINT)
     if point is None or not point.access.writable:
-        report.error(place, f"`{drive.profile.name}` has no setpoint `{SETPOINT}`", "choose stop or hold")
+        message = f"`{drive.profile.name}` has no setpoint `{SETPOINT}`"
+        report.unknown_name(place, SETPOINT, message, "choose stop or hold")
         return
     low, high = drive.ranges.get(point.name) or bounds_of(drive, point)
     if (low is not None and value < low) or (high is not None and value > high):

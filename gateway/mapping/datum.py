@@ -67,6 +67,10 @@ class DatumMaker:
             provenance=self._provenance(entry),
         )
 
+    def look_up_sources(self, levels: list[Level]) -> None:
+        """Complain about documents that are not there."""
+        self._sources.of(levels)
+
     def _provenance(self, entry: Entry) -> Provenance:
         """Where the point comes from; doubts of single names of its values are added to its own."""
         own = self._sources.of(entry.levels)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
@@ -13,7 +13,7 @@ from gateway.mapping.inherit import Inherited, overlay
 from gateway.mapping.layout import Layout
 from gateway.mapping.model import Case as RawCase
 from gateway.mapping.node import Path
-from gateway.mapping.profile import Case, Constant, Encoding, Limits, Point
+from gateway.mapping.profile import Case, Condition, Constant, Encoding, Limits, Point
 from gateway.mapping.shape import nearest
 from gateway.mapping.values import Conditions, single_value
 
@@ -21,9 +21,8 @@ from gateway.mapping.values import Conditions, single_value
 class DependentMaker:
     """Completes the points of one profile with what leans on other points and on settings."""
 
-    def __init__(self, layout: Layout, conditions: Conditions, encodings: Encodings, report: Report) -> None:
+    def __init__(self, layout: Layout, encodings: Encodings, report: Report) -> None:
         self._layout = layout
-        self._conditions = conditions
         self._encodings = encodings
         self._report = report
 
@@ -42,21 +41,37 @@ class DependentMaker:
                 self._report.error((*place, index), message, "put it last, or give it a `when`", key=True)
         return replace(point, encoding=cases[0].encoding, limits=cases[0].limits, cases=cases)
 
-    def make(self, point: Point) -> Point:
+    def make(self, point: Point, conditions: Conditions) -> Point:
         """The point with its conditions and its selectors."""
         keys = self._layout.keys[point.name]
-        only_when = self._conditions.find(keys.traits.only_when, keys.place("only_when"))
+        only_when = conditions.find(keys.traits.only_when, keys.place("only_when"))
         cases = tuple(
-            replace(case, when=self._conditions.find(raw.when, (*keys.place("cases"), i, "when")))
-            for i, (case, raw) in enumerate(zip(point.cases, keys.traits.cases or [], strict=True))
+            replace(case, when=when)
+            for case, when in zip(point.cases, self._whens(keys, conditions), strict=True)
         )
         return replace(
             point,
             only_when=only_when if point.access.writable else (),
-            when=self._conditions.find(keys.traits.when, keys.place("when")),
+            when=conditions.find(keys.traits.when, keys.place("when")),
             cases=cases,
-            select=self._select(keys.traits.select or {}, keys.place("select")),
+            select=self._select(keys.traits.select or {}, keys.place("select"), conditions),
         )
+
+    def look_up(self, set_aside: Iterable[Inherited], conditions: Conditions) -> None:
+        """Complain about what the keys of points that could not be made say of other points."""
+        for keys in set_aside:
+            for key in ("only_when", "when"):
+                conditions.find(getattr(keys.traits, key), keys.place(key))
+            self._whens(keys, conditions)
+            self._select(keys.traits.select or {}, keys.place("select"), conditions)
+
+    def _whens(self, keys: Inherited, conditions: Conditions) -> list[Condition]:
+        """The condition of each case."""
+        place = keys.place("cases")
+        return [
+            conditions.find(raw.when, (*place, index, "when"))
+            for index, raw in enumerate(keys.traits.cases or [])
+        ]
 
     def _case(self, point: Point, keys: Inherited, raw: RawCase, path: Path) -> Case:
         laid = overlay(keys, path, raw)
@@ -74,15 +89,17 @@ class DependentMaker:
                 message = f"the cases of `{point.name}` differ in their {what}: {ours} and {theirs}"
                 self._report.error(path, message, "make two points, each with a `when`", key=True)
 
-    def _select(self, raw: Mapping[str, str], path: Path) -> Mapping[str, Constant]:
+    def _select(self, raw: Mapping[str, str], path: Path, conditions: Conditions) -> Mapping[str, Constant]:
         values: dict[str, Constant] = {}
         for name, text in raw.items():
             place = (*path, name)
             selector = self._layout.points.get(name)
-            self._conditions.used.add(name)
+            conditions.used.add(name)
+            if name in self._layout.doubtful:
+                continue
             if selector is None:
                 remedy = nearest(name, list(self._layout.points))
-                self._report.unknown_name(place, f"`{name}` is no point", remedy, key=True)
+                self._report.unknown_name(place, name, f"`{name}` is no point", remedy, key=True)
             elif not selector.access.writable or self._layout.keys[name].traits.select:
                 message = f"`{name}` cannot select: it is not written, or is selected itself"
                 self._report.error(place, message, "name a point that is written directly", key=True)

@@ -44,6 +44,7 @@ class Encodings:
         self._report = report
         self._order: WordOrder = modbus.words.value if modbus.words else "high_first"
         self._shared = {name: self.names(table, ("values", name)) for name, table in shared.items()}
+        self._sure = {name for name in shared if not report.wrong(("values", name))}
 
     def make(self, keys: Inherited, bits: tuple[int, int] | None = None, active: str = "high") -> Encoding:
         """The encoding of a point, or of the field at ``bits`` (first bit and width)."""
@@ -76,10 +77,13 @@ class Encodings:
         if isinstance(raw, dict):
             return self.names(raw, path)
         if raw not in self._shared:
-            self._report.unknown_name(
-                path, f"`{raw}` is none of the tables under `values`", nearest(raw, list(self._shared))
-            )
+            message = f"`{raw}` is none of the tables under `values`"
+            self._report.unknown_name(path, raw, message, nearest(raw, list(self._shared)))
         return self._shared.get(raw, _NAMELESS)
+
+    def knows(self, raw: Values | None) -> bool:
+        """False for a shared table that is not there, or has errors itself."""
+        return not isinstance(raw, str) or raw in self._sure
 
     def names(self, table: ValueTable, path: Path) -> Names:
         """The names of a table; each raw value must have one name, and each name one place."""

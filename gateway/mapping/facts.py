@@ -45,6 +45,8 @@ REASONS = (
 )
 """What an exception code can mean; each has its OPC UA status."""
 STANDARD_ERRORS = {1: "illegal_function", 2: "illegal_address", 3: "illegal_value", 4: "drive_failure"}
+FUNCTIONS = ("modbus", "functions")
+"""Where a profile tells its function codes."""
 _LONGEST = {"read_max": 125, "write_max": 123}
 _UNITS = (1, 247)
 _BROADCAST_PAUSE = 0.1
@@ -52,13 +54,14 @@ _BROADCAST_PAUSE = 0.1
 
 def serial_facts(raw: Serial, conditions: Conditions, report: Report) -> SerialFacts:
     """What the drive's serial interface can do."""
-    if raw.rtu is None and raw.ascii is None:
+    if raw.rtu is None and raw.ascii is None and not report.lost.inside(("serial",)):
         report.error(
             ("serial",),
             "neither `rtu` nor `ascii` is there",
             "list the formats that the drive speaks",
             key=True,
         )
+        report.lost.declare("rtu")
     units = raw.units.value if raw.units else _UNITS
     if not 1 <= units[0] <= units[1] <= _UNITS[1]:
         report.error(("serial", "units"), "unit addresses go from 1 to 247", "correct the range")
@@ -115,7 +118,7 @@ def modbus_facts(raw: Modbus, notations: Notations, report: Report) -> ModbusFac
     for index, code in enumerate(functions):
         if code not in STANDARD_FUNCTIONS:
             message = f"{code:02X}H is no function of standard Modbus"
-            report.error(("modbus", "functions", index), message, "leave it out")
+            report.error((*FUNCTIONS, index), message, "leave it out")
     write_one = raw.write_one.value if raw.write_one else WRITE_ONE if WRITE_ONE in functions else WRITE_MANY
     if raw.write_one and (write_one not in functions or write_one not in (WRITE_ONE, WRITE_MANY)):
         report.error(
@@ -181,7 +184,7 @@ def error_meanings(
     for key, entry in (raw.__pydantic_extra__ or {}).items():
         path: Path = ("errors", key)
         code = _code(key, path, report)
-        if code is None:
+        if code is None or report.lost.hurts(path):
             continue
         if code in result:
             report.error(path, f"the code {code:02X}H stands here twice", "keep one of them", key=True)
@@ -219,8 +222,16 @@ class SettingMaker:
         self._sources = sources
         self._report = report
 
-    def make(self, name: str, raw: RawSetting, levels: list[Level]) -> Setting:
-        """One setting; its default is checked like a value that a site gives."""
+    def make(self, name: str, raw: RawSetting, levels: list[Level]) -> Setting | None:
+        """One setting; its default is checked like a value that a site gives. None when it has errors."""
+        path = levels[-1][0]
+        setting = None if self._report.doubtful(path) else self._made(name, raw, levels)
+        if self._report.doubtful(path) or not self._encodings.knows(raw.values):
+            self._report.lost.declare(name)
+            return None
+        return setting
+
+    def _made(self, name: str, raw: RawSetting, levels: list[Level]) -> Setting:
         path = levels[-1][0]
         low, high = self._range(raw, path)
         setting = Setting(

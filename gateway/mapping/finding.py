@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+from gateway.mapping.lost import Lost, displaces, hurts, spelled_like
 from gateway.mapping.node import Node, Path
 
 Severity = Literal["error", "warning"]
@@ -33,9 +35,10 @@ class Report:
         self.file = file
         self.root = root
         self.findings: list[Finding] = []
-        self.partial = False
-        """True when entries were left out because of their form: then a name that nobody declares may
-        be one of those, and is not complained about."""
+        self.lost = Lost(root)
+        """What was left out, and therefore is not complained about."""
+        self._wrong: set[Path] = set()
+        self._unknown: set[str] = set()
 
     def error(self, path: Path, message: str, remedy: str, *, key: bool = False) -> None:
         """Add an error at the value of ``path`` (at its key with ``key``)."""
@@ -45,10 +48,28 @@ class Report:
         """Add a warning."""
         self._add("warning", path, message, remedy, key)
 
-    def unknown_name(self, path: Path, message: str, remedy: str, *, key: bool = False) -> None:
-        """Add an error about a name that nobody declares, unless it may stand in a part left out."""
-        if not self.partial:
+    def unknown_name(self, path: Path, name: str, message: str, remedy: str, *, key: bool = False) -> None:
+        """Add an error about a name that nobody declares, unless a part that was left out may do so."""
+        if not self.lost.name(name):
             self.error(path, message, remedy, key=key)
+            self._unknown.add(name)
+
+    def meant(self, name: str) -> bool:
+        """True when a name that nobody declares was probably to be this one."""
+        return any(spelled_like(unknown, name) for unknown in self._unknown)
+
+    def wrong(self, path: Path) -> bool:
+        """True when there is an error at ``path`` or below, or something was left out there: what follows
+        from it is not complained about."""
+        return self.lost.inside(path) or any(place[: len(path)] == path for place in self._wrong)
+
+    def doubtful(self, path: Path) -> bool:
+        """True when an error changes what the entry at ``path`` means."""
+        return self.lost.hurts(path) or any(hurts(place, path) for place in self._wrong)
+
+    def displaced(self, path: Path) -> bool:
+        """True when an error changes where the entry at ``path`` is."""
+        return self.lost.displaces(path) or any(displaces(place, path) for place in self._wrong)
 
     @property
     def failed(self) -> bool:
@@ -56,10 +77,22 @@ class Report:
         return has_errors(self.findings)
 
     def _add(self, severity: Severity, path: Path, message: str, remedy: str, key: bool) -> None:
+        if self.lost.covers(path):
+            return
+        if severity == "error":
+            self._wrong.add(path)
         file, (line, column) = self.root.place(path, key=key)
         finding = Finding(severity, file or self.file, line, column, message, remedy)
         if finding not in self.findings:
             self.findings.append(finding)
+
+
+def some(names: Sequence[str], most: int = 3) -> str:
+    """The first few of some names, for a message: `` `a`, `b` and 4 more``."""
+    shown = [f"`{name}`" for name in names[: most if len(names) != most + 1 else most + 1]]
+    if len(shown) < len(names):
+        return f"{', '.join(shown)} and {len(names) - len(shown)} more"
+    return " and ".join([*([", ".join(shown[:-1])] if shown[:-1] else []), *shown[-1:]])
 
 
 def has_errors(findings: list[Finding]) -> bool:

@@ -5,6 +5,7 @@ All numbers are exact. Each function raises `FormError` for a text that is not o
 
 from __future__ import annotations
 
+import difflib
 import re
 from dataclasses import dataclass
 from fractions import Fraction
@@ -127,13 +128,21 @@ def unit(text: str) -> Unit:
     """``0.01 Hz`` or ``10/1023 V``: the number is compulsory and above zero."""
     amount, _, symbol = text.partition(" ")
     if not symbol:
-        raise FormError(f"`{text}` is not a unit", "write a number and a symbol, like 0.01 Hz")
+        like = f"1 {text}" if text in SYMBOLS else "0.01 Hz"
+        raise FormError(f"`{text}` is not a unit", f"write a number and a symbol, like {like}")
     scale = _amount(amount)
     if scale <= 0:
         raise FormError(f"the number of the unit `{text}` is not above zero", "say what one count is worth")
     if symbol not in SYMBOLS:
-        raise FormError(f"`{symbol}` is not a unit symbol", f"use one of {' '.join(SYMBOLS)}")
+        raise FormError(f"`{symbol}` is not a unit symbol", _symbol(symbol))
     return Unit(scale, symbol)
+
+
+def _symbol(text: str) -> str:
+    """The symbol that was meant, or all of them."""
+    alike = {symbol.casefold(): symbol for symbol in SYMBOLS}
+    match = difflib.get_close_matches(text.casefold(), list(alike), n=1, cutoff=0.6)
+    return f"did you mean `{alike[match[0]]}`?" if match else f"use one of {' '.join(SYMBOLS)}"
 
 
 def _amount(text: str) -> Fraction:

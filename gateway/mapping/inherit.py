@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from gateway.mapping.finding import Report
+from gateway.mapping.lost import HARMLESS
 from gateway.mapping.model import Sourced, Traits
 from gateway.mapping.node import Path
 from gateway.mapping.profile import Document, Provenance
@@ -26,6 +27,10 @@ class Inherited:
     def place(self, key: str) -> Path:
         """Where a key is written; the datum's own place when it is not."""
         return self.where.get(key, self.path)
+
+    def wrong(self, report: Report) -> set[str]:
+        """The keys that have errors where they are written, but for those that change nothing."""
+        return {key for key, path in self.where.items() if report.wrong(path)} - set(HARMLESS)
 
 
 def inherit(levels: Sequence[Level]) -> Inherited:
@@ -74,6 +79,7 @@ class Sources:
         if document not in self._documents:
             self._report.unknown_name(
                 (*path, "source"),
+                document,
                 f"`{document}` is none of the documents",
                 nearest(document, list(self._documents)),
             )

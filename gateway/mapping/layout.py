@@ -34,6 +34,12 @@ class Layout:
     claims: list[Claim] = field(default_factory=list)
     names: list[tuple[str, Path]] = field(default_factory=list)
     """Every name of a point with its place, those that are taken already included."""
+    set_aside: list[Inherited] = field(default_factory=list)
+    """The keys of what could not be made into a point."""
+    doubtful: set[str] = field(default_factory=set)
+    """Points whose keys have errors: others are not judged by what they mean."""
+    displaced: set[str] = field(default_factory=set)
+    """Those of them that may lie elsewhere, or be read or written otherwise."""
 
     def keep(self, point: Point, keys: Inherited) -> bool:
         """Add a point; False when its name is taken (which is told with all names)."""

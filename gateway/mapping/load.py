@@ -7,16 +7,13 @@ import stat
 from collections.abc import Sequence
 from pathlib import Path
 
-from gateway.mapping.check import check
+from gateway.mapping.examine import read_profile
 from gateway.mapping.finding import Finding, Report, has_errors, in_order
 from gateway.mapping.library import SUFFIX as SUFFIX  # noqa: PLC0414
 from gateway.mapping.library import Library, unreadable
-from gateway.mapping.lineage import with_parents
-from gateway.mapping.model import RawProfile
 from gateway.mapping.node import Path as Place
 from gateway.mapping.profile import Profile
 from gateway.mapping.reader import read
-from gateway.mapping.resolve import resolve
 from gateway.mapping.shape import nearest, validate
 from gateway.mapping.site import Site
 from gateway.mapping.sitecheck import check_site
@@ -51,22 +48,8 @@ def profile_of(
 ) -> tuple[Profile | None, list[Finding]]:
     """As `load_profile`, from the file's bytes; ``file`` is its name in findings, ``library`` has the
     profiles that it may be ``like``."""
-    root, findings = read(data, file)
-    if root is not None:
-        root, descent = with_parents(root, library or Library([builtin_mappings()]))
-        findings += descent
-    if root is None:
-        return None, findings
-    report = Report(file, root)
-    report.partial = bool(findings)
-    raw = validate(RawProfile, report)
-    profile = None
-    if raw is not None:
-        resolved = resolve(raw, report)
-        check(resolved, stem, report)
-        profile = resolved.profile
-    found = in_order([*findings, *report.findings])
-    return (None if has_errors(found) else profile), found
+    read = read_profile(data, file, stem, library or Library([builtin_mappings()]))
+    return (None if has_errors(read.findings) else read.profile), read.findings
 
 
 def load_site(path: Path, extra: Sequence[Path] = ()) -> tuple[Site | None, list[Finding]]:
@@ -83,7 +66,6 @@ def load_site(path: Path, extra: Sequence[Path] = ()) -> tuple[Site | None, list
     if root is None:
         return None, findings
     report = Report(str(path), root)
-    report.partial = bool(findings)
     raw = validate(RawSite, report)
     if raw is None:
         return None, in_order([*findings, *report.findings])
@@ -111,14 +93,14 @@ class _Shelf:
         self.findings: list[Finding] = []
 
     def of(self, raw: RawSite, report: Report) -> dict[str, Profile]:
-        """The profiles that a site names, by name; a drive whose profile is not there is an error."""
+        """The profiles that a site names, by name; a drive whose profile is not there is an error. One with
+        errors is there as far as it can be understood, so that the site can be judged all the same."""
         loaded: dict[str, Profile | None] = {}
         for line, entry in raw.lines.items():
             for drive, config in entry.drives.items():
-                if config.profile not in loaded:
-                    place = ("lines", line, "drives", drive, "profile")
+                place = ("lines", line, "drives", drive, "profile")
+                if config.profile not in loaded and not report.lost.covers(place):
                     loaded[config.profile] = self._load(config.profile, place, report)
-        report.partial = report.partial or None in loaded.values()
         return {name: profile for name, profile in loaded.items() if profile is not None}
 
     def _load(self, name: str, place: Place, report: Report) -> Profile | None:
@@ -131,9 +113,11 @@ class _Shelf:
         except OSError as error:
             self.findings.append(unreadable(path, error))
             return None
-        profile, findings = profile_of(file.data, file.name, path.stem, self._library)
-        self.findings += findings
-        return profile
+        found = read_profile(file.data, file.name, path.stem, self._library)
+        self.findings += found.findings
+        if found.lost is not None:
+            report.lost.absorb(found.lost)
+        return found.profile
 
 
 def _check_files(raw: RawSite, site: Site, report: Report) -> None:

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Generic, Literal, TypeVar
+from typing import Annotated, Any, ClassVar, Generic, Literal, TypeVar
 
 from pydantic import ConfigDict, Discriminator, Field, Tag
 
@@ -30,7 +30,7 @@ from gateway.mapping.scalars import (
     Wear,
     WholeSpan,
 )
-from gateway.mapping.shape import Entry, Shape
+from gateway.mapping.shape import Entry, Filled, Shape
 from gateway.mapping.simulate import RawSimulate
 
 T = TypeVar("T")
@@ -54,6 +54,7 @@ class Fact(Entry, Sourced, Generic[T]):
 class Document(Entry):
     """A source document."""
 
+    least: ClassVar[dict[str, Any]] = {"title": "?"}
     first: ClassVar[str] = "title"
     title: Text
     similar: Truth = False
@@ -105,6 +106,7 @@ class Pauses(Sourced):
 class Serial(Sourced):
     """Facts of the serial interface."""
 
+    least: ClassVar[dict[str, Any]] = {"baud": []}
     baud: Fact[list[Count]]
     rtu: Fact[list[Format]] | None = None
     ascii: Fact[list[Format]] | None = None
@@ -208,6 +210,7 @@ class Traits(Understanding):
 class BitField(Entry, Traits):
     """A field of a register."""
 
+    least: ClassVar[dict[str, Any]] = {"bit": "0"}
     first: ClassVar[str] = "bit"
     bit: Bits
     repeat: WholeSpan | None = None
@@ -221,6 +224,7 @@ class BitField(Entry, Traits):
 class Register(Entry, Traits):
     """A point, or with ``bits`` a register that is cut into fields."""
 
+    least: ClassVar[dict[str, Any]] = {"at": "0000H"}
     first: ClassVar[str] = "at"
     at: Address
     bits: dict[str, BitField] | None = None
@@ -240,6 +244,7 @@ class Register(Entry, Traits):
 class Group(Traits):
     """Points that share keys."""
 
+    least: ClassVar[dict[str, Any]] = {"points": {}}
     help: Text | None = None
     points: dict[str, Register]
 
@@ -247,6 +252,7 @@ class Group(Traits):
 class Step(Shape):
     """One transaction and what proves it."""
 
+    least: ClassVar[dict[str, Any]] = {"write": {}}
     write: dict[str, Text]
     until: Condition | None = None
     within: Duration = 1.0
@@ -256,10 +262,11 @@ class Step(Shape):
 class Command(Sourced):
     """A named list of steps."""
 
+    least: ClassVar[dict[str, Any]] = {"steps": []}
     help: Text | None = None
     args: dict[str, Name] = Field(default_factory=dict)
     only_when: Condition | None = None
-    steps: list[Step] = Field(min_length=1)
+    steps: Annotated[list[Step], Filled()]
 
 
 class Addresses(Sourced):
@@ -293,27 +300,39 @@ class Commands(Sourced):
 class Broadcast(Traits):
     """What may be sent to all drives at once, in an address space of its own."""
 
-    points: dict[str, Register] = Field(min_length=1)
+    least: ClassVar[dict[str, Any]] = {"points": {}}
+    points: Annotated[dict[str, Register], Filled()]
     commands: dict[str, Command] = Field(default_factory=dict)
 
 
 class RawProfile(Shape):
     """A profile file."""
 
+    least: ClassVar[dict[str, Any]] = {
+        "profile": "?",
+        "title": "?",
+        "maker": "?",
+        "models": [],
+        "version": "1",
+        "documents": {},
+        "serial": {"baud": []},
+        "groups": {},
+    }
+
     profile: Text
     title: Text
     maker: Text
-    models: list[Text] = Field(min_length=1)
+    models: Annotated[list[Text], Filled()]
     version: Count
     like: Text | None = None
-    documents: dict[str, Document] = Field(min_length=1)
+    documents: Annotated[dict[str, Document], Filled()]
     addresses: Addresses = Addresses()
     serial: Serial
     modbus: Modbus = Modbus()
     settings: Settings = Settings()
     values: dict[str, ValueTable] = Field(default_factory=dict)
     errors: Errors | None = None
-    groups: dict[str, Group] = Field(min_length=1)
+    groups: Annotated[dict[str, Group], Filled()]
     commands: Commands = Commands()
     broadcast: Broadcast | None = None
     simulate: RawSimulate | None = None

@@ -12,6 +12,7 @@ from gateway.mapping.node import Path
 from gateway.mapping.own import OF_A_LINE, OF_THE_GATEWAY, of_a_drive
 from gateway.mapping.profile import Profile
 from gateway.mapping.site import DriveNames
+from gateway.mapping.sitefile import LABEL
 from gateway.tag import GATEWAY, own_name, tag_of
 
 GATEWAYS_OWN = GATEWAY
@@ -48,7 +49,8 @@ def check_names(drives: Iterable[Named], site: str, lines: Iterable[str], report
     known = list(drives)
     once = _Once(report)
     for drive in known:
-        _check_legal(drive, once)
+        if LABEL.fullmatch(drive.drive):
+            _check_legal(drive, once)
     _Nodes(once, lines).check(known)
     for drive in known:
         _check_members(drive, once)

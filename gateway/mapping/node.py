@@ -22,6 +22,10 @@ class Node:
     keys: dict[str, Mark] = field(default_factory=dict)
     file: str = ""
     """The file that it stands in: with ``like``, the parts of one tree come from several."""
+    refused: list[Node] = field(default_factory=list)
+    """What stood in it and was refused: the second of two keys, an empty place in a list."""
+    blind: bool = False
+    """True when nobody can tell what stood here."""
 
     def child(self, part: str | int) -> Node | None:
         """The value under a key or index, None when there is none."""
@@ -30,6 +34,13 @@ class Node:
         if isinstance(self.value, list) and isinstance(part, int) and part < len(self.value):
             return self.value[part]
         return None
+
+    def at(self, path: Path) -> Node | None:
+        """The part of the tree at ``path``; None when the tree is not that deep."""
+        node: Node | None = self
+        for part in path:
+            node = node.child(part) if node is not None else None
+        return node
 
     def mark(self, path: Path, *, key: bool = False) -> Mark:
         """Where the value of ``path`` starts (or its key); where the path leaves the tree, the place

@@ -15,8 +15,12 @@ from gateway.mapping.forms import FormError
 from gateway.mapping.model import Addresses, Notation
 from gateway.mapping.node import Path
 from gateway.mapping.profile import Table
+from gateway.mapping.shape import closest
 
+_SECTION = "addresses"
 _HEX = re.compile(r"[0-9A-F]{1,4}H")
+_ALMOST_HEX = re.compile(r"(?:0[xX]|[hH])([0-9A-Fa-f]{1,4})|([0-9A-Fa-f]{1,4})[hH]", re.ASCII)
+"""Ways in which others write hexadecimal."""
 _PART = re.compile(r"<([a-z]+)>")
 _LAST = 0xFFFF
 
@@ -48,11 +52,16 @@ class _Rule:
         return self.add + sum(w * int(part) for w, part in zip(self.weights, match.groups(), strict=True))
 
 
+class UnknownNotationError(FormError):
+    """An address in a notation that is wrong itself, which is complained about where it stands."""
+
+
 class Notations:
     """All notations of a profile."""
 
     def __init__(self, raw: Addresses, report: Report) -> None:
         self._rules: list[_Rule] = []
+        self._wrong = list(report.lost.keys_of(_SECTION))
         for pattern, notation in (raw.__pydantic_extra__ or {}).items():
             self._declare(pattern, notation, report)
 
@@ -64,8 +73,10 @@ class Notations:
         matches = [(rule.table, at) for rule in self._rules if (at := rule.apply(text)) is not None]
         if _HEX.fullmatch(text):
             matches.insert(0, (Table.HOLDING, int(text[:-1], 16)))
+        if not matches and any(_regex(pattern).fullmatch(text) for pattern in self._wrong):
+            raise UnknownNotationError(f"`{text}` cannot be computed", "correct the notation")
         if not matches:
-            raise FormError(f"`{text}` is not an address", self._remedy())
+            raise FormError(f"`{text}` is not an address", self._remedy(text))
         if len(matches) > 1:
             raise FormError(f"the address `{text}` fits two notations", "make their patterns differ")
         table, address = matches[0]
@@ -87,12 +98,21 @@ class Notations:
                 return place.text[:start] + f"{number:0{len(last)}d}" + place.text[start + len(last) :]
         return f"{place.address + distance:04X}H"
 
-    def _remedy(self) -> str:
-        forms = ", ".join(["0107H", *(rule.pattern for rule in self._rules)])
-        return f"write it as one of {forms}"
+    def _remedy(self, text: str) -> str:
+        """The spelling that is meant, or all that there are."""
+        digits = _ALMOST_HEX.fullmatch(text)
+        if digits:
+            return f"did you mean `{(digits[1] or digits[2]).upper():>04}H`?"
+        numbers = re.findall(r"\d+", text)
+        patterns = [*(rule.pattern for rule in self._rules), *self._wrong]
+        alike = [_PART.sub("<n>", each) for each in patterns if len(_PART.findall(each)) == len(numbers)]
+        meant = closest(re.sub(r"\d+", "<n>", text), alike)
+        if meant and any(character.isalpha() for character in text):
+            return f"did you mean `{re.sub('<n>', lambda _: numbers.pop(0), meant)}`?"
+        return f"write it as one of {', '.join(['0107H', *patterns])}"
 
     def _declare(self, pattern: str, notation: Notation, report: Report) -> None:
-        path = ("addresses", pattern)
+        path = (_SECTION, pattern)
         parts = _PART.findall(pattern)
         weights = notation.weights
         if not parts or set(parts) != set(weights) or len(set(parts)) != len(parts):
@@ -102,12 +122,18 @@ class Notations:
                 "give each <part> one weight",
                 key=True,
             )
+        if report.wrong(path):
+            self._wrong.append(pattern)
             return
-        regex = re.compile(r"(\d+)".join(re.escape(piece) for piece in _PART.split(pattern)[::2]), re.ASCII)
         values = tuple(weights[part] for part in parts)
-        rule = _Rule(pattern, regex, values, notation.add, Table(notation.table))
+        rule = _Rule(pattern, _regex(pattern), values, notation.add, Table(notation.table))
         self._rules.append(rule)
         _prove(rule, notation.example, path, report)
+
+
+def _regex(pattern: str) -> re.Pattern[str]:
+    """What fits a notation, with a group for each of its parts."""
+    return re.compile(r"(\d+)".join(re.escape(piece) for piece in _PART.split(pattern)[::2]), re.ASCII)
 
 
 def _prove(rule: _Rule, example: str, path: Path, report: Report) -> None:

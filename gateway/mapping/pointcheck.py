@@ -1,13 +1,13 @@
-"""The checks of a single point: size, scale, limits, and whether the drive can be asked for it."""
+"""The checks of a single point: size, scale, limits, and what it lacks or says in vain."""
 
 from __future__ import annotations
 
 from gateway.mapping.encodings import raw_span, value_span
-from gateway.mapping.facts import READ_HOLDING, READ_INPUT, WRITE_MANY, WRITE_ONE
 from gateway.mapping.finding import Report
 from gateway.mapping.inherit import Inherited
+from gateway.mapping.layout import Layout
 from gateway.mapping.pacecheck import check_pace
-from gateway.mapping.profile import Encoding, Kind, Limits, Point, Profile, Table
+from gateway.mapping.profile import Encoding, Kind, Limits, Point, Profile, Setting
 from gateway.mapping.resolve import Resolved
 from gateway.mapping.values import in_words
 from gateway.tag import ValueType
@@ -18,32 +18,45 @@ _COARSEST = 50
 """A range that uses less than one in so many of the raw counts has probably lost its scale."""
 
 
-def check_point(point: Point, keys: Inherited, resolved: Resolved, report: Report) -> None:
-    """Complain about everything in a point that does not fit; also in one of the broadcast layout."""
-    _check_size(point, keys, resolved.profile, report)
+_OF_WRITING = ("range", "only_when", "wear", "danger", "then")
+"""Keys that mean nothing on a point that is never written."""
+
+
+def check_point(point: Point, layout: Layout, resolved: Resolved, report: Report) -> None:
+    """Complain about everything in a point that does not fit; also in one of the broadcast layout. In a
+    point that has errors already, only the names of others are looked up."""
+    keys = layout.keys[point.name]
     _check_times(point, keys, resolved, report)
+    bounds = (point.limits.low, point.limits.high) if point.limits else ()
+    targets = {bound: _bound(bound, keys, resolved) for bound in bounds if isinstance(bound, str)}
+    if point.name in layout.doubtful:
+        return
+    for bound, target in targets.items():
+        _check_bound(bound, target, point, keys, report)
+    _check_size(point, keys, resolved.profile, report)
     _check_offset(point, keys, report)
-    _check_functions(point, keys, resolved.profile, report)
-    if point.access.writable and point.encoding.patterns:
-        message = f"`{point.name}` is written, but patterns are for reading only"
-        report.error(keys.place("values"), message, "name each raw value by itself")
     check_pace(point, point.pace, keys.place, report)
     if point.limits is not None:
-        _check_limits(point, point.limits, keys, resolved, report)
-    if (
-        point.kind is Kind.SETPOINT
-        and point.access.writable
-        and point.limits is None
-        and not point.encoding.values
-    ):
+        _check_limits(point, point.limits, keys, report)
+    _check_writing(point, keys, report)
+
+
+def _check_writing(point: Point, keys: Inherited, report: Report) -> None:
+    """What is written needs bounds and a price; what is not needs none of that."""
+    if not point.access.writable:
+        for key in _OF_WRITING:
+            if keys.where.get(key) == (*keys.path, key):
+                message = f"`{key}` stands on `{point.name}`, which is never written"
+                report.warn(keys.where[key], message, "leave it out, or choose another kind", key=True)
+        return
+    if point.encoding.patterns:
+        message = f"`{point.name}` is written, but patterns are for reading only"
+        report.error(keys.place("values"), message, "name each raw value by itself")
+    if point.kind is Kind.SETPOINT and point.limits is None and not point.encoding.values:
         report.warn(keys.path, f"the setpoint `{point.name}` has no `range`", "add one", key=True)
-    if point.kind is Kind.PARAMETER and point.access.writable and point.wear is None:
-        report.warn(
-            keys.path,
-            f"the parameter `{point.name}` does not tell its `wear`",
-            "add the number of writes that it lasts, or unknown",
-            key=True,
-        )
+    if point.kind is Kind.PARAMETER and point.wear is None:
+        message = f"the parameter `{point.name}` does not tell its `wear`"
+        report.warn(keys.path, message, "add the number of writes that it lasts, or unknown", key=True)
 
 
 def _check_size(point: Point, keys: Inherited, profile: Profile, report: Report) -> None:
@@ -59,13 +72,6 @@ def _check_size(point: Point, keys: Inherited, profile: Profile, report: Report)
                 "correct the type or the limit",
             )
             return
-    for low, high in modbus.holes:
-        if point.address <= high and point.address + point.words > low:
-            report.error(
-                (*keys.path, "at"),
-                f"`{point.name}` lies in the hole {low:04X}H to {high:04X}H",
-                "correct one of them",
-            )
 
 
 def _check_times(point: Point, keys: Inherited, resolved: Resolved, report: Report) -> None:
@@ -90,39 +96,8 @@ def _is_number(encoding: Encoding) -> bool:
     return raw_span(encoding) is not None and not named and encoding.value_type is not ValueType.BOOLEAN
 
 
-def _check_functions(point: Point, keys: Inherited, profile: Profile, report: Report) -> None:
-    """The drive must speak the functions that its points need."""
-    if point.table in (Table.COIL, Table.DISCRETE):
-        message = f"`{point.name}` lies in the table `{point.table}`, which the line cannot poll yet"
-        report.error((*keys.path, "at"), message, "leave it out; its notation may stay")
-        return
-    functions = profile.modbus.functions
-    needed = READ_INPUT if point.table is Table.INPUT else READ_HOLDING
-    if point.access.readable and needed not in functions:
-        report.error(
-            (*keys.path, "at"),
-            f"`{point.name}` cannot be read without function {needed:02X}H",
-            "add it to `functions`",
-        )
-    if not point.access.writable:
-        return
-    if point.table is Table.INPUT:
-        report.error(
-            (*keys.path, "at"),
-            f"`{point.name}` is an input register and cannot be written",
-            "give it a kind that is only read",
-        )
-    elif not {WRITE_ONE, WRITE_MANY} & set(functions) or (point.words > 1 and WRITE_MANY not in functions):
-        report.error(
-            (*keys.path, "at"), f"no function of the drive can write `{point.name}`", "add 10H to `functions`"
-        )
-
-
-def _check_limits(point: Point, limits: Limits, keys: Inherited, resolved: Resolved, report: Report) -> None:
+def _check_limits(point: Point, limits: Limits, keys: Inherited, report: Report) -> None:
     place = keys.place("range")
-    for bound in (limits.low, limits.high):
-        if isinstance(bound, str):
-            _check_bound(bound, point, keys, resolved, report)
     low, high = limits.low, limits.high
     span = value_span(point.encoding)
     if span is None or isinstance(low, str) or isinstance(high, str):
@@ -142,16 +117,19 @@ def _check_limits(point: Point, limits: Limits, keys: Inherited, resolved: Resol
         )
 
 
-def _check_bound(bound: str, point: Point, keys: Inherited, resolved: Resolved, report: Report) -> None:
+def _bound(name: str, keys: Inherited, resolved: Resolved) -> Point | Setting | None:
+    """The setting or point that is a limit; None, with a finding, when there is none."""
+    return resolved.conditions.target(name, keys.place("range"), key=False)
+
+
+def _check_bound(
+    bound: str, target: Point | Setting | None, point: Point, keys: Inherited, report: Report
+) -> None:
     """A limit that is the value of a setting or point must have the same unit."""
-    place = keys.place("range")
-    target = resolved.conditions.target(bound, place, key=False)
     if target is None:
         return
-    symbol = target.encoding.symbol if isinstance(target, Point) else target.symbol
-    if symbol != point.encoding.symbol:
-        report.error(
-            place,
-            f"`{bound}` is in {symbol or 'counts'}, `{point.name}` in {point.encoding.symbol or 'counts'}",
-            "give both the same unit",
-        )
+    theirs = target.encoding.symbol if isinstance(target, Point) else target.symbol
+    ours = point.encoding.symbol
+    if theirs != ours:
+        message = f"`{bound}` is in {theirs or 'counts'}, `{point.name}` in {ours or 'counts'}"
+        report.error(keys.place("range"), message, "give both the same unit")

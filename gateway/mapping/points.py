@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 from gateway.mapping import forms
@@ -12,9 +12,10 @@ from gateway.mapping.finding import Report
 from gateway.mapping.forms import FormError
 from gateway.mapping.inherit import Inherited, Level, Sources, inherit
 from gateway.mapping.layout import Layout
+from gateway.mapping.lost import NAME
 from gateway.mapping.model import BitField, Broadcast, Group, Register
 from gateway.mapping.node import Path
-from gateway.mapping.notation import Notations, Place
+from gateway.mapping.notation import Notations, Place, UnknownNotationError
 from gateway.mapping.profile import Point, Word
 
 _NUMBER = "<n>"
@@ -38,12 +39,22 @@ class PointMaker:
             own = (*path, "points", entry)
             levels: list[Level] = [(path, group), (own, register)]
             place = self._place(register.at, own)
-            if place is None:
-                continue
-            if register.bits is None:
+            if place is None or self._report.lost.displaces(own):
+                self._set_aside(levels, register.bits or {})
+            elif register.bits is None:
                 self._add_points(name, place, register, levels)
             else:
                 self._add_fields(name, place, register, levels)
+
+    def _set_aside(self, levels: list[Level], fields: Mapping[str, BitField]) -> None:
+        """A datum that cannot be made; what it says of other points is still looked at."""
+        path = levels[-1][0]
+        self._report.lost.doubt(path)
+        for name, field in fields.items():
+            self._set_aside([*levels, ((*path, "bits", name), field)], {})
+        if not fields:
+            self._datum.look_up_sources(levels)
+            self.layout.set_aside.append(inherit(levels))
 
     def _add_points(self, group: str, first: Place, register: Register, levels: list[Level]) -> None:
         """A register that is a point, or several by ``repeat``."""
@@ -81,6 +92,8 @@ class PointMaker:
         for index, frame in self._repeated(str(path[-1]), register.repeat, register.stride, path):
             at = self._shifted(place, index * (register.stride or 1), path)
             if at is None:
+                for name in register.bits or {}:
+                    self._report.lost.declare(name)
                 break
             number = None if register.repeat is None else register.repeat[0] + index
             self._check_name(frame, path)
@@ -95,6 +108,9 @@ class PointMaker:
         pause = register.pause or 0.0
         for name, raw in (register.bits or {}).items():
             own: Level = ((*path, "bits", name), raw)
+            if self._report.lost.displaces(own[0]):
+                self._set_aside([*levels, own], {})
+                continue
             if number is not None and not self._numbered(name, raw, own[0]):
                 continue
             filled = name if number is None else name.replace(_NUMBER, str(number))
@@ -106,10 +122,12 @@ class PointMaker:
         if raw.repeat is not None:
             message = f"`{name}` is repeated in a register that is repeated"
             self._report.error((*path, "repeat"), message, "write each register down", key=True)
+            self._report.lost.declare(name)
             return False
         if _NUMBER not in name and raw.always is None:
             message = f"`{name}` stands in a register that is repeated, and has no `<n>` in its name"
             self._report.error(path, message, "add <n>", key=True)
+            self._report.lost.declare(name)
             return False
         return True
 
@@ -124,6 +142,7 @@ class PointMaker:
             if bit + width > REGISTER:
                 remedy = "correct `bit`, `repeat` or `stride`"
                 self._report.error(path, f"`{name}` ends beyond bit 15", remedy, key=True)
+                self._report.lost.declare(called)
                 break
             if raw.always is not None:
                 self.layout.claim_constant(name, path, place, (bit, width))
@@ -166,12 +185,14 @@ class PointMaker:
         if (numbers is not None) != (_NUMBER in entry):
             message = f"`{entry}`: `<n>` in the name and `repeat` belong together"
             self._report.error(path, message, "write both or none", key=True)
-            self._report.partial = True
+            self._report.lost.declare(entry if numbers is None else f"{entry}{_NUMBER}")
+            self._report.lost.declare(entry)
             return
         first, last = numbers or (0, 0)
         if first < 0 or last - first >= _MOST_REPEATS:
             message = f"at most {_MOST_REPEATS} repeats, numbered from 0 on"
             self._report.error((*path, "repeat"), message, "write fewer")
+            self._report.lost.declare(entry)
             return
         self._check_name(entry.replace(_NUMBER, "0"), path)
         for index in range(last - first + 1):
@@ -181,26 +202,27 @@ class PointMaker:
         try:
             forms.name(name)
         except FormError as error:
-            self._report.error(path, error.message, error.remedy, key=True)
+            self._report.error((*path, NAME), error.message, error.remedy, key=True)
 
     def _place(self, text: str, path: Path) -> Place | None:
         """The place of an address; None, with a finding, when it is none."""
         try:
             return self._notations.find(text)
         except FormError as error:
-            self._lost(error, path)
+            self._misplaced(error, path)
             return None
 
     def _shifted(self, place: Place, distance: int, path: Path) -> Place | None:
         try:
             return self._notations.shifted(place, distance)
         except FormError as error:
-            self._lost(error, path)
+            self._misplaced(error, path)
+            self._report.lost.declare(str(path[-1]))
             return None
 
-    def _lost(self, error: FormError, path: Path) -> None:
-        self._report.error((*path, "at"), error.message, error.remedy)
-        self._report.partial = True
+    def _misplaced(self, error: FormError, path: Path) -> None:
+        if not isinstance(error, UnknownNotationError):
+            self._report.error((*path, "at"), error.message, error.remedy)
 
 
 def _entry(group: str, levels: list[Level], raw: BitField) -> Entry:

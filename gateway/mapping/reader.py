@@ -14,6 +14,7 @@ import yaml
 
 from gateway.mapping.finding import Finding, in_order
 from gateway.mapping.node import Mark, Node
+from gateway.mapping.syntax import in_words
 
 MAX_CHARACTERS = 512 * 1024
 MAX_DEPTH = 20
@@ -35,6 +36,7 @@ def read(data: bytes, file: str) -> tuple[Node | None, list[Finding]]:
     reader = _Reader(file)
     text = reader.decode(data)
     root = reader.compose(reader.without_tabs(text)) if text is not None else None
+    reader.findings += reader.absent
     if root is None or root.child(LIKE) is None:
         reader.findings += reader.removed
     return root, in_order(reader.findings)
@@ -48,7 +50,12 @@ class _Reader:
         self.findings: list[Finding] = []
         self.removed: list[Finding] = []
         """Complaints about each ``null`` in a table, which hold unless the file starts from another."""
+        self.absent: list[Finding] = []
+        """Complaints about places where nothing stands."""
+        self.tabs: set[int] = set()
+        """The lines with a tab."""
         self.events: Iterator[Any] = iter(())
+        self._anchored: dict[str, str] = {}
 
     def complain(self, mark: Mark, message: str, remedy: str) -> None:
         self.findings.append(Finding("error", self.file, *mark, message, remedy))
@@ -70,6 +77,7 @@ class _Reader:
         for number, line in enumerate(text.splitlines(), 1):
             if "\t" in line:
                 self.complain((number, line.index("\t") + 1), "a tab stands here", "use blanks")
+                self.tabs.add(number)
         return text.replace("\t", " ")
 
     def compose(self, text: str) -> Node | None:
@@ -78,15 +86,23 @@ class _Reader:
         try:
             return self._document()
         except yaml.MarkedYAMLError as error:
-            mark = error.problem_mark or error.context_mark
-            spot = (mark.line + 1, mark.column + 1) if mark else (1, 1)
-            self.complain(spot, f"not YAML: {error.problem}", "correct the spelling before this place")
+            self._misspelled(error)
         except yaml.reader.ReaderError as error:
             line = text.count("\n", 0, error.position) + 1
             self.complain((line, 1), "this line holds a character that may not stand in YAML", "remove it")
         except _TooDeepError:
             pass
         return None
+
+    def _misspelled(self, error: yaml.MarkedYAMLError) -> None:
+        """Say in words of people what the parser does not understand, unless a tab explains it. Where nothing
+        stands, something may do so once the text is YAML."""
+        self.absent, self.removed = [], []
+        mark = error.problem_mark or error.context_mark
+        spot = (mark.line + 1, mark.column + 1) if mark else (1, 1)
+        if not any(line <= spot[0] for line in self.tabs):
+            start = error.context_mark.line + 1 if error.context_mark else spot[0]
+            self.complain(spot, *in_words(str(error.problem), start))
 
     def _document(self) -> Node | None:
         root: Node | None = None
@@ -96,43 +112,43 @@ class _Reader:
                     self.complain(_mark(event), "a second document starts here", "use one file for each")
                     break
                 root = self._node(next(self.events), 0)
-        if root is None and not self.findings:
+        if root is None and not (self.findings or self.absent):
             self.complain((1, 1), "the file is empty", "write something into it")
         return root
 
     def _node(self, event: Any, depth: int) -> Node | None:
-        """The node that starts with ``event``; None when it is not allowed."""
+        """The node that starts with ``event``; None where nothing stands."""
         if depth > MAX_DEPTH:
             self.complain(_mark(event), f"nested deeper than {MAX_DEPTH} levels", "flatten it")
             raise _TooDeepError
-        allowed = self._allowed(event)
-        node = self._build(event, depth)
-        return node if allowed else None
-
-    def _build(self, event: Any, depth: int) -> Node | None:
+        self._refuse(event)
+        if isinstance(event, yaml.AliasEvent):
+            return self._alias(event)
         if isinstance(event, yaml.MappingStartEvent):
             return self._table(event, depth)
         if isinstance(event, yaml.SequenceStartEvent):
             return self._list(event, depth)
         return self._scalar(event)
 
-    def _allowed(self, event: Any) -> bool:
-        """False, with a finding, for aliases, anchors and tags."""
+    def _refuse(self, event: Any) -> None:
+        """Complain about aliases, anchors and tags. What they stand before is read all the same."""
         if isinstance(event, yaml.AliasEvent) or event.anchor is not None:
             what = "alias" if isinstance(event, yaml.AliasEvent) else "anchor"
             self.complain(_mark(event), f"the {what} `{event.anchor}` is not allowed", "write it out")
-            return False
-        if event.tag is not None and event.tag != "!":
+        elif event.tag is not None and event.tag != "!":
             self.complain(_mark(event), f"the tag `{event.tag}` is not allowed", "remove it")
-            return False
-        return True
 
-    def _scalar(self, event: Any) -> Node | None:
-        if not isinstance(event, yaml.ScalarEvent):
-            return None
+    def _alias(self, event: yaml.AliasEvent) -> Node:
+        """The value that an alias repeats; a table or list is not repeated, however small it looks."""
+        text = self._anchored.get(str(event.anchor))
+        return Node(*_mark(event), text if text is not None else {}, file=self.file, blind=text is None)
+
+    def _scalar(self, event: yaml.ScalarEvent) -> Node | None:
         if event.style is None and event.value in _ABSENT:
-            self.findings.append(self._absence(event))
+            self.absent.append(self._absence(event))
             return None
+        if event.anchor is not None:
+            self._anchored[event.anchor] = event.value
         return Node(*_mark(event), event.value, file=self.file)
 
     def _absence(self, event: Any) -> Finding:
@@ -141,11 +157,14 @@ class _Reader:
 
     def _list(self, start: Any, depth: int) -> Node:
         items: list[Node] = []
+        refused: list[Node] = []
         while not isinstance(event := next(self.events), yaml.SequenceEndEvent):
             item = self._node(event, depth + 1)
-            if item is not None:
+            if item is None:
+                refused.append(Node(*_mark(event), "", file=self.file))
+            else:
                 items.append(item)
-        return Node(*_mark(start), items, file=self.file)
+        return Node(*_mark(start), items, file=self.file, refused=refused)
 
     def _table(self, start: Any, depth: int) -> Node:
         table = Node(*_mark(start), {}, file=self.file)
@@ -167,9 +186,11 @@ class _Reader:
             return
         if not isinstance(key.value, str):
             self.complain(mark, "a key must be one word", "write `name: value`")
+            table.refused.extend([key, *([value] if value is not None else [])])
         elif key.value in table.keys:
             line = table.keys[key.value][0]
             self.complain(mark, f"the key `{key.value}` stands here twice", f"the first is in line {line}")
+            table.refused.extend([value] if value is not None else [])
         else:
             table.keys[key.value] = mark
             if value is not None:

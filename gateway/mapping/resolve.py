@@ -14,6 +14,7 @@ from gateway.mapping.finding import Report
 from gateway.mapping.forms import FormError
 from gateway.mapping.inherit import Sources
 from gateway.mapping.layout import Layout
+from gateway.mapping.lost import PLACING
 from gateway.mapping.model import RawProfile
 from gateway.mapping.node import Path
 from gateway.mapping.notation import Notations
@@ -66,16 +67,20 @@ class _Resolver:
         raw = self.raw
         settings = self.settings()
         layout = self.layout()
-        conditions = Conditions(layout.points, settings, self.report)
-        points = self.with_conditions(layout, conditions)
+        dependents = DependentMaker(layout, self.encodings, self.report)
+        layout.points.update({name: dependents.with_cases(p) for name, p in layout.points.items()})
+        conditions = Conditions(self.sound(layout), settings, self.report)
+        points = {name: dependents.make(point, conditions) for name, point in layout.points.items()}
+        dependents.look_up(layout.set_aside, conditions)
         modbus = facts.modbus_facts(raw.modbus, self.notations, self.report)
         modbus = replace(
             modbus,
             probe=raw.modbus.probe.value if raw.modbus.probe else default_probe(points),
             identity=conditions.find(raw.modbus.identity, ("modbus", "identity")),
         )
-        maker = CommandMaker(points, modbus, conditions, self.sources, self.report)
-        twins = TwinMaker(points, settings, self.notations, conditions, self.report)
+        sound = {name: point for name, point in points.items() if name not in layout.doubtful}
+        maker = CommandMaker(sound, modbus, conditions, self.sources, self.report)
+        twins = TwinMaker(sound, settings, self.notations, conditions, self.report)
         profile = Profile(
             name=raw.profile,
             title=raw.title,
@@ -102,10 +107,11 @@ class _Resolver:
         maker = SettingMaker(self.encodings, self.sources, self.report)
         section = self.raw.settings
         entries = section.__pydantic_extra__ or {}
-        return {
-            name: maker.make(name, entry, [(("settings",), section), (("settings", name), entry)])
+        made = (
+            maker.make(name, entry, [(("settings",), section), (("settings", name), entry)])
             for name, entry in entries.items()
-        }
+        )
+        return {setting.name: setting for setting in made if setting is not None}
 
     def layout(self) -> Layout:
         maker = PointMaker(self.notations, self.encodings, self.sources, self.report)
@@ -113,12 +119,16 @@ class _Resolver:
             maker.add(name, group, ("groups", name))
         return maker.layout
 
-    def with_conditions(self, layout: Layout, conditions: Conditions) -> dict[str, Point]:
-        """The points with everything that may name other points."""
-        maker = DependentMaker(layout, conditions, self.encodings, self.report)
-        cased = {name: maker.with_cases(point) for name, point in layout.points.items()}
-        layout.points.update(cased)
-        return {name: maker.make(point) for name, point in cased.items()}
+    def sound(self, layout: Layout) -> dict[str, Point]:
+        """The points that others may be judged by: those that have no error of their own."""
+        for name, keys in layout.keys.items():
+            wrong = keys.wrong(self.report)
+            if wrong or self.report.doubtful(keys.path) or not self.encodings.knows(keys.traits.values):
+                layout.doubtful.add(name)
+                self.report.lost.declare(name)
+            if wrong & set(PLACING) or self.report.displaced(keys.path):
+                layout.displaced.add(name)
+        return {name: point for name, point in layout.points.items() if name not in layout.doubtful}
 
     def broadcast(self, conditions: Conditions, modbus: ModbusFacts) -> Broadcast | None:
         """What may be sent to all drives at once: its own points, and commands proved by the drives' own."""
@@ -131,7 +141,8 @@ class _Resolver:
             name: replace(p, access=Access.WRITE, only_when=()) for name, p in maker.layout.points.items()
         }
         self.broadcast_layout = maker.layout
-        commands = CommandMaker(points, modbus, conditions, self.sources, self.report)
+        sound = {name: points[name] for name in self.sound(maker.layout)}
+        commands = CommandMaker(sound, modbus, conditions, self.sources, self.report)
         place: Path = ("broadcast", "commands")
         return Broadcast(
             points=MappingProxyType(points),

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from fnmatch import fnmatchcase
 
 from gateway.mapping.finding import Report
 from gateway.mapping.forms import FormError
 from gateway.mapping.node import Path
 from gateway.mapping.own import OF_A_LINE, OF_THE_GATEWAY, of_a_drive
 from gateway.mapping.sections import Mqtt, is_loopback
-from gateway.mapping.shape import nearest
+from gateway.mapping.shape import closest
 from gateway.mapping.site import Site
 from gateway.mapping.sitefile import RawSite, label
 from gateway.mapping.sites import broker_name
 from gateway.tag import GATEWAY, means, own_name, split_tag, tag_of
+
+_DRIVE = 4
+"""Length of the way to a drive: lines, line, drives, drive."""
 
 
 def check_sections(raw: RawSite, site: Site, report: Report) -> None:
@@ -88,15 +92,34 @@ def _check_network(mqtt: Mqtt, place: Path, report: Report) -> None:
 
 def _check_rules(raw: RawSite, site: Site, report: Report) -> None:
     """Every pattern of a publish rule must mean at least one point."""
-    if report.partial:
+    if _lines_lost(report):
         return
+    there = {drive.name for drive in site.drives}
+    unread = {name for line in raw.lines.values() for name in line.drives} - there
     tags = list(_tags(site))
-    points = sorted({split_tag(tag)[1] for tag in tags})
     for place, pattern in _patterns(raw):
+        drive, dot, point = pattern.partition(".")
+        hidden = any(not dot or fnmatchcase(name, drive) for name in unread)
+        known = not dot or any(fnmatchcase(name, drive) for name in there)
+        if hidden or (known and report.lost.fitting(point or drive)):
+            continue
         if not any(means(pattern, tag) for tag in tags):
-            match = nearest(pattern, points)
-            remedy = match if match.startswith("did") else "correct the pattern"
-            report.error(place, f"no point of any drive is named `{pattern}`", remedy)
+            report.error(place, f"no point of any drive is named `{pattern}`", _meant(pattern, tags))
+
+
+def _lines_lost(report: Report) -> bool:
+    """True when drives were left out, of which nobody knows which points they have."""
+    places = [path[2:3] for path in report.lost.paths if path[:1] == ("lines",) and len(path) <= _DRIVE]
+    return any(place in ((), ("drives",)) for place in places)
+
+
+def _meant(pattern: str, tags: list[str]) -> str:
+    """The nearest spelling of a pattern that means something; what stands before a star at its end counts."""
+    known = tags if "." in pattern else sorted({split_tag(tag)[1] for tag in tags})
+    start = pattern.removesuffix("*")
+    star = pattern[len(start) :]
+    match = closest(start, sorted({name[: len(start)] for name in known}) if star else known)
+    return f"did you mean `{match}{star}`?" if match else "correct the pattern"
 
 
 def _patterns(raw: RawSite) -> Iterator[tuple[Path, str]]:

@@ -29,14 +29,14 @@ Each of `Site.mqtt` is a dict, every path absolute::
 from __future__ import annotations
 
 import ipaddress
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 from urllib.parse import SplitResult, urlsplit
 
 from pydantic import Field, PlainValidator, WithJsonSchema
 
 from gateway.mapping.forms import FormError
 from gateway.mapping.scalars import Duration, Later, Number, Text, text_form
-from gateway.mapping.shape import Entry, Shape
+from gateway.mapping.shape import Entry, Filled, Shape
 
 EMBEDDED = "embedded"
 _BROKERS = ("mqtt", "mqtts", "ws", "wss")
@@ -96,8 +96,9 @@ Security = Literal["none", "sign", "sign_and_encrypt"]
 class Opcua(Shape):
     """The OPC UA server."""
 
+    least: ClassVar[dict[str, Any]] = {"endpoint": "opc.tcp://127.0.0.1:4840"}
     endpoint: Endpoint
-    security: list[Security] = Field(default=["sign_and_encrypt"], min_length=1)
+    security: Annotated[list[Security], Filled()] = Field(default=["sign_and_encrypt"])
     anonymous: Literal["off", "read"] = "off"
     users_file: Text | None = None
     certificates: Text | None = None
@@ -107,7 +108,8 @@ class Opcua(Shape):
 class Publish(Shape):
     """What a broker gets, and how often."""
 
-    points: list[Text] = Field(min_length=1)
+    least: ClassVar[dict[str, Any]] = {"points": []}
+    points: Annotated[list[Text], Filled()]
     rate: Text = "normal"
     deadband: Number | None = None
     max_silence: Duration | None = None
@@ -123,6 +125,7 @@ class Commanding(Entry):
 class Mqtt(Shape):
     """One broker."""
 
+    least: ClassVar[dict[str, Any]] = {"broker": EMBEDDED}
     name: Text | None = None
     broker: BrokerUrl
     user: Text | None = None

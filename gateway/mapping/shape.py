@@ -1,53 +1,50 @@
 """Checks a tree of texts against a model, and says what is wrong where.
 
 Pydantic does the checking; this turns its errors into findings with places, nearest spellings and
-remedies. Entries whose form is wrong are cut out and the rest is checked on, so that one pass tells all.
+remedies. A key whose form is wrong is left out, or stands for as little as it can where it must be there, and
+the rest is checked on, so that one pass tells all.
 """
 
 from __future__ import annotations
 
+import copy
 import difflib
+import re
+from dataclasses import dataclass
 from typing import Any, ClassVar, TypeVar
 
 from pydantic import (
     BaseModel,
     ConfigDict,
+    GetCoreSchemaHandler,
     GetJsonSchemaHandler,
     ValidationError,
     ValidationInfo,
     model_validator,
 )
 from pydantic.json_schema import JsonSchemaValue
-from pydantic_core import CoreSchema, ErrorDetails
+from pydantic_core import CoreSchema, ErrorDetails, core_schema
 
 from gateway.mapping.finding import Report
 from gateway.mapping.forms import FormError
-from gateway.mapping.node import Path
-
-TABLES = (
-    "points",
-    "bits",
-    "commands",
-    "settings",
-    "errors",
-    "addresses",
-    "groups",
-    "values",
-    "documents",
-    "drives",
-    "lines",
-    "mqtt",
-)
-"""Keys whose value is a table (or list) of entries that can be left out one by one."""
+from gateway.mapping.node import Node, Path
 
 _SEEN = "seen"
+TRIMMED = "trimmed"
+"""In the context of a validation: true when something was left out of the file."""
 _ROUNDS = 20
+_MANY = 15
+"""More known words than these are not listed."""
+_SURE = 0.7
+"""So alike must a word be to one of a few; else all of them are listed."""
 
 
 class Shape(BaseModel):
     """Base of all models of mapping files: unknown keys are errors."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
+    least: ClassVar[dict[str, Any]] = {}
+    """What stands for a key that must be there and is wrong, while the rest of the file is checked."""
 
     @model_validator(mode="before")
     @classmethod
@@ -91,79 +88,120 @@ class Entry(Shape):
         return {"anyOf": [{k: v for k, v in bare.items() if k not in ("title", "default")}, table]}
 
 
+class Filled:
+    """Marks a list or table that must not be empty, unless something was left out of the file."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.with_info_after_validator_function(_filled, handler(source))
+
+    def __get_pydantic_json_schema__(
+        self, core: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        table = handler(core)
+        return {**table, "minItems" if table.get("type") == "array" else "minProperties": 1}
+
+
+def _filled(values: Any, info: core_schema.ValidationInfo) -> Any:
+    if not values and not (info.context or {}).get(TRIMMED):
+        raise FormError("nothing stands in it", "write at least one")
+    return values
+
+
 M = TypeVar("M", bound=Shape)
 
 
 def validate(model: type[M], report: Report) -> M | None:
     """The model of the report's file; None when its form is too broken to look further.
 
-    The model lacks the entries whose form is wrong; `Report.partial` then tells so.
+    The model lacks what has a wrong form; `Report.lost` tells what that is.
     """
     data: Any = report.root.plain()
+    for path in report.lost.paths:
+        _take_out(data, path)
+    adopted: set[Path] = set()
     for _ in range(_ROUNDS):
         seen: dict[int, tuple[type[Shape], Any]] = {}
         try:
-            return model.model_validate(data, context={_SEEN: seen})
+            return model.model_validate(data, context={_SEEN: seen, TRIMMED: bool(report.lost)})
         except ValidationError as error:
-            report.partial = True
             found = error.errors(include_url=False)
-        for detail in found:
-            _tell(detail, data, seen, report)
-        cuts = [_cut(detail) for detail in found]
-        if any(cut is None for cut in cuts):
+        wrongs = [_wrong(detail, data, seen) for detail in found]
+        for wrong in wrongs:
+            if wrong.path not in adopted:
+                _tell(wrong, wrongs, report)
+        renamed = [wrong for wrong in wrongs if _adopt(wrong, data, report.root)]
+        fresh = {wrong.meant_path for wrong in renamed}
+        rest = [wrong for wrong in wrongs if wrong not in renamed and wrong.path not in fresh]
+        left = [_leave_out(wrong, data, report) for wrong in rest]
+        adopted |= fresh
+        if not all(left):
             return None
-        for cut in cuts:
-            _remove(data, cut or ())
     return None
 
 
-def _place(detail: ErrorDetails) -> Path:
-    """Path of an error in the file: without pydantic's own marks for keys and unions."""
-    return tuple(part for part in detail["loc"] if not str(part).startswith(("[", "|")))
+@dataclass(frozen=True, slots=True)
+class _Wrong:
+    """One error of pydantic: where, and the model of the table that it stands in."""
+
+    detail: ErrorDetails
+    path: Path
+    model: type[Shape]
+
+    @property
+    def missing(self) -> bool:
+        return self.detail["type"] == "missing"
+
+    @property
+    def unknown(self) -> bool:
+        return self.detail["type"] == "extra_forbidden"
+
+    @property
+    def meant(self) -> str | None:
+        """The key that an unknown one probably is."""
+        return closest(str(self.path[-1]), self.model.key_names()) if self.unknown else None
+
+    @property
+    def meant_path(self) -> Path:
+        """Where that key would stand."""
+        return (*self.path[:-1], self.meant or "")
 
 
-def _tell(detail: ErrorDetails, data: Any, seen: dict[int, tuple[type[Shape], Any]], report: Report) -> None:
-    """Turn one error of pydantic into a finding."""
-    path = _place(detail)
-    error = detail.get("ctx", {}).get("error")
+def _wrong(detail: ErrorDetails, data: Any, seen: dict[int, tuple[type[Shape], Any]]) -> _Wrong:
+    """An error with its place, which is without pydantic's own marks for keys and unions."""
+    path: Path = tuple(part for part in detail["loc"] if not str(part).startswith(("[", "|")))
+    return _Wrong(detail, path, seen.get(id(_at(data, path[:-1])), (Shape, None))[0])
+
+
+def _tell(wrong: _Wrong, others: list[_Wrong], report: Report) -> None:
+    """Turn one error into a finding. A key that is missing because it is misspelled is told once."""
+    path, error = wrong.path, wrong.detail.get("ctx", {}).get("error")
     if isinstance(error, FormError):
         report.error(path, error.message, error.remedy)
-    elif detail["type"] == "missing":
-        if not _has_key(report, path):
-            report.error(path[:-1], f"`{path[-1]}` is missing", "add it", key=True)
-    elif detail["type"] == "extra_forbidden":
-        model = seen.get(id(_at(data, path[:-1])), (Shape, None))[0]
-        report.error(path, f"unknown key `{path[-1]}`", nearest(str(path[-1]), model.key_names()), key=True)
-    elif detail["type"] != "too_short" or _length(report, path) == detail["ctx"]["actual_length"]:
-        report.error(path, *_words(detail))
-
-
-def _length(report: Report, path: Path) -> int:
-    """How many values a list or table has in the file, before anything was cut out."""
-    node = report.root
-    for part in path:
-        node = node.child(part) or node
-    return max(len(node.value), len(node.keys))
-
-
-def _has_key(report: Report, path: Path) -> bool:
-    """True when the key stands in the file (and its empty value was complained about)."""
-    node = report.root
-    for part in path[:-1]:
-        node = node.child(part) or node
-    return str(path[-1]) in node.keys
+    elif wrong.unknown:
+        report.error(
+            path, f"unknown key `{path[-1]}`", nearest(str(path[-1]), wrong.model.key_names()), key=True
+        )
+    elif not wrong.missing:
+        report.error(path, *_words(wrong.detail))
+    elif not report.lost.covers(path) and not any(
+        other.path[:-1] == path[:-1] and other.meant == path[-1] for other in others
+    ):
+        report.error(path[:-1], f"`{path[-1]}` is missing", "add it", key=True)
 
 
 def _words(detail: ErrorDetails) -> tuple[str, str]:
     """Message and remedy of an error that is pydantic's own."""
-    if detail["type"] in ("literal_error", "enum") and isinstance(detail["input"], str):
-        return f"`{detail['input']}` is not known here", f"use {detail['ctx']['expected']}".replace("'", "`")
+    given = detail["input"]
+    if detail["type"] in ("literal_error", "enum"):
+        expected = detail["ctx"]["expected"].replace("'", "`")
+        if not isinstance(given, str):
+            return "one word is expected here", f"use {expected}"
+        match = closest(given, re.findall("`([^`]+)`", expected), _SURE)
+        return f"`{given}` is not known here", f"did you mean `{match}`?" if match else f"use {expected}"
     if detail["type"] == "list_type":
-        return "a list is expected here", "write it like [a, b]"
+        return "a list is expected here", f"write it like [{given if isinstance(given, str) else 'a, b'}]"
     if detail["type"] == "dict_type":
         return "a table of `name: value` is expected here", "write names below or in {}"
-    if detail["type"] in ("literal_error", "enum"):
-        return "one word is expected here", f"use {detail['ctx']['expected']}".replace("'", "`")
     if detail["type"] in ("too_short", "too_long"):
         context = detail["ctx"]
         bound = f"at least {context['min_length']}" if "min_length" in context else f"{context['max_length']}"
@@ -173,32 +211,65 @@ def _words(detail: ErrorDetails) -> tuple[str, str]:
 
 def nearest(word: str, known: list[str]) -> str:
     """A remedy that names the known word that is spelled most like ``word``."""
-    match = difflib.get_close_matches(word, known, n=1, cutoff=0.6)
+    match = closest(word, known)
     if match:
-        return f"did you mean `{match[0]}`?"
+        return f"did you mean `{match}`?"
+    if len(known) > _MANY:
+        return "correct it"
     return f"known are {', '.join(known)}" if known else "there are none"
 
 
+def closest(word: str, known: list[str], alike: float = 0.6) -> str | None:
+    """The known word that is spelled most like ``word``; None when none is, or less than ``alike`` (to 1)."""
+    match = difflib.get_close_matches(word, known, n=1, cutoff=alike)
+    return match[0] if match else None
+
+
+def _adopt(wrong: _Wrong, data: Any, root: Node) -> bool:
+    """Take an unknown key for the one that it misspells, so that what stands below is checked as well."""
+    holder, node, key = _at(data, wrong.path[:-1]), root.at(wrong.path[:-1]), str(wrong.path[-1])
+    meant = closest(key, wrong.model.key_names(), _SURE) if wrong.unknown else None
+    if meant is None or node is None or not isinstance(node.value, dict) or meant in node.keys:
+        return False
+    holder[meant] = holder.pop(key)
+    node.keys[meant], node.value[meant] = node.keys[key], node.value[key]
+    return True
+
+
+def _leave_out(wrong: _Wrong, data: Any, report: Report) -> bool:
+    """Take what is wrong out of the data; False when nothing would be left. What must be there stands for
+    as little as it can, and where it cannot, the table that it is missing from goes too."""
+    path = wrong.path
+    if wrong.missing:
+        report.lost.add(path)
+        holder = _at(data, path[:-1])
+        if path[-1] in wrong.model.least and isinstance(holder, dict):
+            holder[path[-1]] = copy.deepcopy(wrong.model.least[str(path[-1])])
+            return True
+        path = path[:-1]
+    gone = _take_out(data, path)
+    if gone:
+        report.lost.add(gone)
+    return bool(gone)
+
+
+def _take_out(data: Any, path: Path) -> Path:
+    """Remove the value at ``path``, or the innermost value above it that has a key; empty: there is none."""
+    for length in range(len(path), 0, -1):
+        holder = _at(data, path[: length - 1])
+        if isinstance(holder, dict):
+            holder.pop(path[length - 1], None)
+            return path[:length]
+    return ()
+
+
 def _at(data: Any, path: Path) -> Any:
+    """What stands at ``path``; None where the data are not that deep."""
     for part in path:
         if isinstance(data, dict):
             data = data.get(part)
-        elif isinstance(data, list) and isinstance(part, int):
+        elif isinstance(data, list) and isinstance(part, int) and part < len(data):
             data = data[part]
+        else:
+            return None
     return data
-
-
-def _cut(detail: ErrorDetails) -> Path | None:
-    """What to leave out so that the rest can be checked: the entry that holds the error, else the
-    unknown key, else nothing can."""
-    path = _place(detail)
-    ends = [index + 2 for index, part in enumerate(path[:-1]) if part in TABLES]
-    if ends:
-        return path[: ends[-1]]
-    return path if detail["type"] == "extra_forbidden" else None
-
-
-def _remove(data: Any, path: Path) -> None:
-    holder = _at(data, path[:-1])
-    if isinstance(holder, dict):
-        holder.pop(path[-1], None)

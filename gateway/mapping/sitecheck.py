@@ -4,26 +4,24 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from gateway.mapping.broadcastcheck import check_line
+from gateway.mapping.broadcastcheck import check_line as check_broadcasting
 from gateway.mapping.controlcheck import bounds_of, check_control, check_limits, check_starts
 from gateway.mapping.finding import Report
 from gateway.mapping.lossdemand import judge, settings_of
 from gateway.mapping.node import Path
 from gateway.mapping.profile import Point
 from gateway.mapping.sectioncheck import check_label, check_sections
-from gateway.mapping.shape import nearest
-from gateway.mapping.site import DriveConfig, LineConfig, Site
+from gateway.mapping.serialcheck import check_line
+from gateway.mapping.shape import closest, nearest
+from gateway.mapping.site import DriveConfig, Site
 from gateway.mapping.sitefile import RawSite
+from gateway.mapping.sites import RATES
 from gateway.mapping.values import in_words
 from gateway.mapping.wearcheck import check_wear
 from gateway.tag import GATEWAY, own_name
 
 KEEP_RUNNING = "keep_running"
 """The name that profiles give to a comm-loss action that stops nothing."""
-_MESSAGE = 8
-"""Characters of the shortest request and, about, of its reply."""
-_GAP = 3.5
-"""Characters of silence before each message."""
 
 
 def check_site(raw: RawSite, site: Site, report: Report) -> None:
@@ -31,9 +29,10 @@ def check_site(raw: RawSite, site: Site, report: Report) -> None:
     _check_rates(raw, report)
     _check_ports(raw, report)
     _check_drive_names(raw, report)
+    _check_units(raw, report)
     for line in site.lines:
-        _check_line(line, raw, report)
-        check_line(line, report)
+        check_line(line, raw, report)
+        check_broadcasting(line, report)
     for drive in site.drives:
         _check_comm_loss(drive, report)
         _check_ranges(drive, report)
@@ -49,9 +48,15 @@ def _place(drive: DriveConfig) -> Path:
 
 
 def _check_rates(raw: RawSite, report: Report) -> None:
+    """A class of its own is good for publish rules only."""
+    used = {rule.rate for mqtt in raw.mqtt for rule in mqtt.publish or []}
     for name, seconds in raw.rates.items():
         if seconds <= 0:
             report.error(("rates", name), f"the rate `{name}` is not above zero", "write it like 200ms")
+        if name not in RATES and name not in used and not report.lost.use(name) and not report.meant(name):
+            meant = closest(name, list(RATES))
+            remedy = f"did you mean `{meant}`?" if meant else "leave it out"
+            report.warn(("rates", name), f"nothing uses the rate `{name}`", remedy, key=True)
 
 
 def _check_ports(raw: RawSite, report: Report) -> None:
@@ -85,70 +90,18 @@ def _check_drive_names(raw: RawSite, report: Report) -> None:
             first.setdefault(name, line)
 
 
-def _check_line(line: LineConfig, raw: RawSite, report: Report) -> None:
-    place: Path = ("lines", line.name)
-    units: dict[int, str] = {}
-    for drive in line.drives:
-        _check_unit(drive, units, report)
-        if line.framing != "tcp":
-            _check_serial(drive, line, raw, report)
-    fitting = min((_fitting(line, drive) for drive in line.drives), default=None)
-    if fitting is not None and fitting < len(line.drives):
-        report.warn(
-            place,
-            f"{len(line.drives)} drives cannot all be spoken to before the first of them takes the "
-            f"line for dead; {fitting} can",
-            "raise the speed, or split the line",
-            key=True,
-        )
-
-
-def _fitting(line: LineConfig, drive: DriveConfig) -> int:
-    """How many shortest exchanges fit into the drive's time-out; no bound if it has none."""
-    after = drive.profile.serial.comm_loss.after
-    if after is None:
-        return len(line.drives)
-    characters = 2 * (_MESSAGE + _GAP)
-    exchange = characters * line.format.bits_per_character / line.baud + drive.profile.serial.reply_usual
-    return int(after / exchange)
-
-
-def _check_unit(drive: DriveConfig, units: dict[int, str], report: Report) -> None:
-    place = (*_place(drive), "unit")
-    low, high = drive.profile.serial.units
-    if not low <= drive.unit <= high:
-        report.error(
-            place, f"`{drive.profile.name}` has unit addresses {low} to {high}", "correct the address"
-        )
-    if drive.unit in units:
-        report.error(
-            place,
-            f"`{units[drive.unit]}` has the unit address {drive.unit} already",
-            "give each drive of a line its own",
-        )
-    units.setdefault(drive.unit, drive.name)
-
-
-def _check_serial(drive: DriveConfig, line: LineConfig, raw: RawSite, report: Report) -> None:
-    """Speed, framing and format must be among those that the drive speaks."""
-    facts, name = drive.profile.serial, drive.profile.name
-    place = ("lines", line.name, "serial")
-    written = raw.lines[line.name]
-    formats = facts.rtu if line.framing == "rtu" else facts.ascii
-    if not formats:
-        message = f"`{name}` does not speak {line.framing}"
-        report.error((*_place(drive), "profile"), message, "correct `framing`")
-    if facts.rtu and facts.ascii and written.framing is None:
-        message = f"`{drive.name}` ({name}) may speak rtu or ascii"
-        report.error(("lines", line.name), message, "write `framing`", key=True)
-    if written.serial is None:
-        return
-    if line.baud not in facts.baud:
-        message = f"`{drive.name}` ({name}) does not speak {line.baud} bit/s"
-        report.error(place, message, f"use one of {', '.join(map(str, facts.baud))}")
-    if formats and line.format not in formats:
-        message = f"`{drive.name}` ({name}) does not speak {line.format} in {line.framing}"
-        report.error(place, message, f"use one of {', '.join(map(str, formats))}")
+def _check_units(raw: RawSite, report: Report) -> None:
+    """No two drives of a line may have one address."""
+    for name, line in raw.lines.items():
+        place: Path = ("lines", name, "drives")
+        first: dict[int, str] = {}
+        for drive, config in line.drives.items():
+            if report.lost.covers((*place, drive, "unit")):
+                continue
+            if config.unit in first:
+                message = f"`{first[config.unit]}` has the unit address {config.unit} already"
+                report.error((*place, drive, "unit"), message, "give each drive of a line its own")
+            first.setdefault(config.unit, drive)
 
 
 def _check_comm_loss(drive: DriveConfig, report: Report) -> None:
@@ -181,7 +134,8 @@ def _check_ranges(drive: DriveConfig, report: Report) -> None:
         point = drive.profile.points.get(name)
         if point is None:
             remedy = nearest(name, [p.name for p in drive.profile.points.values() if p.limits])
-            report.error(place, f"`{drive.profile.name}` has no point `{name}`", remedy, key=True)
+            message = f"`{drive.profile.name}` has no point `{name}`"
+            report.unknown_name(place, name, message, remedy, key=True)
         elif not point.access.writable:
             report.error(place, f"`{name}` is never written, so it has no range", "leave it out", key=True)
         elif low > high:

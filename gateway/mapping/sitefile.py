@@ -12,9 +12,10 @@ from gateway.mapping.forms import FormError
 from gateway.mapping.profile import SerialFormat
 from gateway.mapping.scalars import ANY_SCHEMA, Duration, Integer, Number, Text, Truth, text_form
 from gateway.mapping.sections import Mqtt, Opcua, address
-from gateway.mapping.shape import Entry, Shape
+from gateway.mapping.shape import Entry, Filled, Shape
 
-_LABEL = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]*")
+LABEL = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]*")
+"""What names of sites, lines and drives are made of."""
 _SPEED = re.compile(r"(\d{3,7}) +(\S+)", re.ASCII)
 _NETWORK = ("tcp", "modbus")
 SIMULATED = "simulated:"
@@ -22,7 +23,7 @@ SIMULATED = "simulated:"
 
 def label(text: str) -> str:
     """A name that can be a topic level and a node id: letters, digits, ``-`` and ``_``."""
-    if not _LABEL.fullmatch(text):
+    if not LABEL.fullmatch(text):
         raise FormError(f"`{text}` cannot be a name here", "use letters, digits, - and _, like fan-1")
     return text
 
@@ -145,6 +146,7 @@ class DriveNames(Templates):
 class Drive(Shape):
     """A drive on a line."""
 
+    least: ClassVar[dict[str, Any]] = {"profile": "?", "unit": "0"}
     profile: Text
     unit: Integer
     ranges: dict[str, Annotated[list[Number], Field(min_length=2, max_length=2)]] = Field(
@@ -163,6 +165,7 @@ class Drive(Shape):
 class Line(Shape):
     """One line and its drives."""
 
+    least: ClassVar[dict[str, Any]] = {"port": "simulated", "drives": {}}
     port: Port
     framing: Literal["rtu", "ascii"] | None = None
     serial: Speed | None = None
@@ -188,10 +191,11 @@ class Web(Entry):
 class RawSite(Shape):
     """A site file."""
 
+    least: ClassVar[dict[str, Any]] = {"site": "site", "gateway": "gateway", "lines": {}}
     site: Label
     gateway: Label
     profiles: list[Text] = Field(default_factory=list)
-    lines: dict[str, Line] = Field(min_length=1)
+    lines: Annotated[dict[str, Line], Filled()]
     names: Templates = Templates()
     starts: dict[str, Starts] = Field(default_factory=dict)
     rates: dict[str, Duration] = Field(default_factory=dict)

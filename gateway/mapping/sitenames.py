@@ -77,5 +77,5 @@ class _Namer:
         for name in own.points:
             if name not in known:
                 message = f"`{profile.name}` has no point or command `{name}`"
-                self._report.error((*path, name), message, nearest(name, known), key=True)
+                self._report.unknown_name((*path, name), name, message, nearest(name, known), key=True)
         return {name: names.given() for name, names in own.points.items()}

@@ -13,9 +13,10 @@ from gateway.mapping.finding import Report
 from gateway.mapping.forms import FormError, duration, number
 from gateway.mapping.node import Path as Place
 from gateway.mapping.profile import Pace, Profile, SerialFormat
+from gateway.mapping.ruledout import ruled_out
 from gateway.mapping.sections import Mqtt, Opcua, Publish
 from gateway.mapping.settingcheck import check_settings, fit
-from gateway.mapping.shape import nearest
+from gateway.mapping.shape import closest, nearest
 from gateway.mapping.site import Control, DriveConfig, LineConfig, LossDemand, Rs485, Site, StartGroup
 from gateway.mapping.sitefile import RawSite
 from gateway.mapping.specialise import specialise
@@ -57,7 +58,7 @@ def _line(
     place: Place = ("lines", name)
     raw = site.lines[name]
     network = raw.port.startswith("modbus://")
-    if raw.serial is None and not network:
+    if raw.serial is None and not network and not report.lost.hurts(place):
         report.error(
             place, "`serial` is missing", "write the speed and format, like serial: 9600 8N2", key=True
         )
@@ -91,10 +92,12 @@ def _drive(
     place: Place = ("lines", line, "drives", name)
     ranges = {point: (ends[0], ends[1]) for point, ends in raw.ranges.items()}
     settings = _settings(raw, profile, (*place, "settings"), report)
+    special = _special(name, profile, settings, place, report)
     return DriveConfig(
         name=name,
         line=line,
-        profile=_special(name, profile, settings, place, report),
+        profile=special,
+        ruled_out=ruled_out(profile, special, settings),
         unit=raw.unit,
         ranges=MappingProxyType(ranges),
         settings=MappingProxyType(settings),
@@ -133,6 +136,8 @@ def _special(
 def _settings(raw: sitefile.Drive, profile: Profile, place: Place, report: Report) -> dict[str, Fraction]:
     """Every setting of the profile that has a value here or a default."""
     values: dict[str, Fraction] = {}
+    unknown = raw.settings.keys() - profile.settings.keys()
+    meant = {closest(name, list(profile.settings)) for name in unknown}
     for name, setting in profile.settings.items():
         text = raw.settings.get(name)
         if text is not None:
@@ -142,20 +147,12 @@ def _settings(raw: sitefile.Drive, profile: Profile, place: Place, report: Repor
                 report.error((*place, name), error.message, error.remedy)
         elif setting.default is not None:
             values[name] = setting.default
-        else:
-            report.error(
-                place,
-                f"the setting `{name}` of `{profile.name}` has no default",
-                "give its value under `settings`",
-                key=True,
-            )
-    for name in raw.settings.keys() - profile.settings.keys():
-        report.error(
-            (*place, name),
-            f"`{profile.name}` has no setting `{name}`",
-            nearest(name, list(profile.settings)),
-            key=True,
-        )
+        elif name not in meant and not report.lost.inside((*place, name)):
+            message = f"the setting `{name}` of `{profile.name}` has no default"
+            report.error(place, message, "give its value under `settings`", key=True)
+    for name in unknown:
+        message = f"`{profile.name}` has no setting `{name}`"
+        report.unknown_name((*place, name), name, message, nearest(name, list(profile.settings)), key=True)
     return values
 
 
@@ -206,10 +203,12 @@ def _publish(raw: Publish, rates: Mapping[str, float], place: Place, report: Rep
         try:
             rate = duration(raw.rate)
         except FormError:
-            report.error(
+            meant, known = closest(raw.rate, list(rates)), ", ".join(rates)
+            report.unknown_name(
                 (*place, "rate"),
+                raw.rate,
                 f"`{raw.rate}` is neither a rate of this site nor a time",
-                f"use one of {', '.join(rates)}, or a time like 500ms",
+                f"did you mean `{meant}`?" if meant else f"use one of {known}, or a time like 500ms",
             )
     return {
         "points": list(raw.points),

@@ -172,7 +172,7 @@ class TwinMaker:
         """The name, or None with a finding when nothing is called so."""
         if name in known:
             return name
-        self._report.unknown_name(path, f"there is no `{name}`", nearest(name, list(known)), key=key)
+        self._report.unknown_name(path, name, f"there is no `{name}`", nearest(name, list(known)), key=key)
         return None
 
 

@@ -132,7 +132,7 @@ class Conditions:
         if found is None:
             known = [*self._points, *self._settings]
             message = f"`{name}` is no point and no setting"
-            self._report.unknown_name(path, message, _spelling(name, known), key=key)
+            self._report.unknown_name(path, name, message, _spelling(name, known), key=key)
         elif isinstance(found, Point) and not found.access.readable:
             message = f"`{name}` cannot be read, so nothing can depend on it"
             self._report.error(path, message, "name a point that can be read", key=key)

@@ -30,10 +30,7 @@ def explained_object(found: ForAll) -> dict[str, Any]:
     """For programs; the shape stands in docs/cli.md."""
     subject, layout = found.subject, found.broadcast
     document = found.config.profile.documents.get(subject.provenance.document)
-    if isinstance(subject, Point):
-        about = point_object(subject)
-    else:
-        about = command_object(subject, layout.points)
+    about = point_object(subject) if isinstance(subject, Point) else command_object(subject, layout.points)
     return {
         "tag": f"{found.config.name}.{subject.name}",
         "line": found.config.line,

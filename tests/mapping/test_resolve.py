@@ -242,4 +242,4 @@ def test_findings_stand_in_the_order_of_the_file() -> None:
     text = small("b: {at: 0001H, kind: setpoint}\na: {at: zz, kidn: x}\nB: 0003H", "likes: no\n")
     _, findings = load_text(text)
     assert [finding.line for finding in findings] == sorted(finding.line for finding in findings)
-    assert len(findings) == 4
+    assert len(findings) == 5, "both mistakes in `a`, and one in each other line"

@@ -198,7 +198,8 @@ def test_a_profile_name_is_no_path(tmp_path: Path) -> None:
 def test_findings_of_a_profile_are_told_once_and_stop_the_site(tmp_path: Path) -> None:
     (tmp_path / "small.yaml").write_text(small("a: {at: 0001H, unit: Hz}"))
     file = tmp_path / "site.yaml"
-    file.write_text(SITE.replace("teco-7200gs", "small") + "      fan-2: {profile: small, unit: 6}\n")
+    text = SITE.replace("teco-7200gs", "small").replace("8N2", "8N1")
+    file.write_text(text + "      fan-2: {profile: small, unit: 6}\n")
     site, findings = load_site(file)
     assert site is None
     assert len(findings) == 1

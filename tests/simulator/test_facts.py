@@ -124,7 +124,7 @@ def test_without_the_section_there_are_no_facts() -> None:
         ("external_fault: {trips: fault_heat, by: tripp}", "there is no `tripp` (did you mean `trip`?)"),
         ("external_fault: {trips: fault_heet}", "there is no `fault_heet` (did you mean `fault_heat`?)"),
         ("restarts: {restart: then}", "`restart` has no value `then` (known are now)"),
-        ("factory: {Q.1: 3}", "`Q.1` is not an address (write it as one of 0107H, P.<n>)"),
+        ("factory: {Q.1: 3}", "`Q.1` is not an address (did you mean `P.1`?)"),
         ("factory: {P.1: much}", "`much` is not a number (write it like 14"),
         ("factory: {P.1: 65536}", "`65536` does not fit a register (write 0 to FFFFH)"),
         ("codes: {last: {one: 7}}", "`one` is not a number"),

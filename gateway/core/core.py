@@ -163,8 +163,8 @@ class Core:
                 self.polling.check_ages(self._now)
                 self.own.tick(self._now)
                 self._oversight.tick(self._now)
-                self.trail.tick()
-                self._journal()
+                if self.trail.tick():
+                    self._journal()
             case PortOpened() | PortLost():
                 self._port(event)
             case Asked(session, request):

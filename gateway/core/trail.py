@@ -92,11 +92,13 @@ class Trail:
         """When `tick` is next needed (monotonic)."""
         return self._unanswered[0][1] + HANGING if self._unanswered and not self.problem else None
 
-    def tick(self) -> None:
-        """R2: a disk that does not answer is as bad as one that says no."""
+    def tick(self) -> bool:
+        """R2: a disk that does not answer is as bad as one that says no. True when that is found."""
         wake = self.wake()
-        if wake is not None and wake <= self._now.mono:
-            self.problem = f"the disk has not answered for {HANGING:g} s"
+        if wake is None or wake > self._now.mono:
+            return False
+        self.problem = f"the disk has not answered for {HANGING:g} s"
+        return True
 
     def record(self, entry: Facts, keep: bool = True) -> int:
         """Have an entry written; the number that `Recorded` will name. One that is to be kept is written

@@ -1,0 +1,111 @@
+"""R2 on a real disk: a core whose journal cannot grow, or is taken away, and gets it back."""
+
+from __future__ import annotations
+
+import asyncio
+import resource
+from collections.abc import AsyncIterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from gateway.bridge.client import SocketBridge, connect_path
+from gateway.bridge.place import socket_path
+from gateway.core.audit import check, passages
+from gateway.core.disk import Folder
+from gateway.tag import Cause, Origin, Outcome, Role, Verdict
+from tests.core.plant import load, simulated, write_site
+from tests.core.test_process import core_process
+
+ANNA = Origin(through="cli", who="anna", role=Role.ADMIN)
+TAG = "fan-1.frequency_command"
+PATIENCE = 15.0
+UNLIMITED = (resource.RLIM_INFINITY, resource.RLIM_INFINITY)
+
+
+@dataclass
+class Plant:
+    """A running motor and the core that runs it."""
+
+    bridge: SocketBridge
+    data: Path
+    pid: int
+
+    async def write(self, value: float) -> Outcome:
+        return await self.bridge.write(TAG, value, ANNA)
+
+    async def stop(self) -> Outcome:
+        return await self.bridge.command("fan-1", "stop", {}, ANNA)
+
+    async def until_journal(self, well: bool) -> str:
+        async with asyncio.timeout(PATIENCE):
+            while (not (said := (await self.bridge.health()).journal)) is not well:
+                await asyncio.sleep(0.02)
+        return said
+
+    def outcomes(self) -> list[str]:
+        entries = [passage.line.entry or {} for passage in passages(Folder(self.data))]
+        return [entry["outcome"]["verdict"] for entry in entries if entry.get("kind") == "outcome"]
+
+
+@pytest.fixture
+async def plant(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[Plant]:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    site_file = write_site(tmp_path)
+    site = load(site_file)
+    with simulated(site):
+        async with core_process(site_file) as core:
+            bridge = await connect_path(socket_path(site.data))
+            run = await bridge.command("fan-1", "run_forward", {"frequency": 60.0}, ANNA)
+            assert run.verdict is Verdict.CONFIRMED
+            yield Plant(bridge, site.data, core.process.pid)
+            await bridge.close()
+
+
+async def test_r2_a_file_that_cannot_grow(plant: Plant) -> None:
+    [journal] = plant.data.glob("journal-*.jsonl")
+    resource.prlimit(plant.pid, resource.RLIMIT_FSIZE, (journal.stat().st_size + 100, UNLIMITED[1]))
+    refused = await plant.write(30.0)
+    assert (refused.verdict, refused.cause) == (Verdict.REFUSED, Cause.JOURNAL)
+    assert "too large" in await plant.until_journal(well=False)
+    assert [alarm.key for alarm in (await plant.bridge.health()).alarms] == ["_gateway.journal"]
+    assert (await plant.write(0.0)).verdict is Verdict.CONFIRMED
+    assert (await plant.stop()).verdict is Verdict.CONFIRMED
+    assert plant.outcomes() == ["confirmed"]
+    resource.prlimit(plant.pid, resource.RLIMIT_FSIZE, UNLIMITED)
+    await plant.until_journal(well=True)
+    assert (await plant.write(30.0)).verdict is Verdict.CONFIRMED
+    await plant.until_journal(well=True)
+    assert plant.outcomes()[:4] == ["confirmed", "refused", "confirmed", "confirmed"]
+    assert check(Folder(plant.data)).breaks == []
+
+
+async def test_r2_a_folder_that_is_taken_away(plant: Plant) -> None:
+    away = plant.data.with_name("away")
+    plant.data.rename(away)
+    refused = await plant.write(30.0)
+    assert (refused.verdict, refused.cause) == (Verdict.REFUSED, Cause.JOURNAL)
+    await plant.until_journal(well=False)
+    assert (await plant.stop()).verdict is Verdict.CONFIRMED
+    assert not plant.data.exists()
+    away.rename(plant.data)
+    await plant.until_journal(well=True)
+    assert (await plant.write(30.0)).verdict is Verdict.CONFIRMED
+    assert {"refused", "confirmed"} <= set(plant.outcomes())
+
+
+async def test_r2_a_journal_that_is_deleted_is_begun_anew_and_an_alarm_says_so(plant: Plant) -> None:
+    for journal in plant.data.glob("journal-*.jsonl"):
+        journal.unlink()
+    refused = await plant.write(30.0)
+    assert (refused.verdict, refused.cause) == (Verdict.REFUSED, Cause.JOURNAL)
+    await plant.until_journal(well=True)
+    assert (await plant.write(30.0)).verdict is Verdict.CONFIRMED
+    [alarm] = (await plant.bridge.health()).alarms
+    assert (alarm.key, alarm.cleared > 0) == ("_gateway.journal", True)
+    assert "somebody else" in alarm.text
+    checked = check(Folder(plant.data))
+    assert checked.breaks == []
+    assert checked.first is not None
+    assert checked.first.n > 1, "what was there before is missed"

@@ -57,7 +57,7 @@ async def plant(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterato
     with simulated(site):
         async with core_process(site_file) as core:
             bridge = await connect_path(socket_path(site.data))
-            run = await bridge.command("fan-1", "run_forward", {"frequency": 60.0}, ANNA)
+            run = await bridge.command("fan-1", "run_forward", {"frequency": 3.0}, ANNA)
             assert run.verdict is Verdict.CONFIRMED
             yield Plant(bridge, site.data, core.process.pid)
             await bridge.close()

@@ -71,7 +71,7 @@ class Asker:
         self._round, self._framing = round, framing_of(setting.framing)
         inbox: asyncio.Queue[bytes | PortError] = asyncio.Queue()
         self._inbox = inbox
-        self._port.attach(inbox.put_nowait, lambda reason: inbox.put_nowait(PortError(reason)))
+        self._port.attach(inbox.put_nowait, lambda reason: inbox.put_nowait(self._vanished(reason)))
         self._busy_until = monotonic()
 
     def _close(self) -> None:
@@ -85,8 +85,8 @@ class Asker:
         request = query.ask.request
         data = self._framing.encode(query.unit, request.pdu)
         seeker = self._framing.seeker(data, request, self._echo)
-        self._port.write(data)
-        ends = monotonic() + self._duration(len(data))
+        asked_at = monotonic()
+        ends = self._write(data)
         longest = self._duration(self._framing.size(request.reply_length))
         reply, heard, deadline = None, 0, ends + query.patience + longest
         while reply is None and (piece := await self._piece(deadline)):
@@ -99,8 +99,20 @@ class Asker:
             await asyncio.sleep(query.patience if query.settle else 0)
             return Answer(None, noise=heard > own)
         length = request.reply_length if reply.exception is None else EXCEPTION_BYTES
-        began = monotonic() - self._duration(self._framing.size(length))
-        return Answer(reply, max(0.0, began - ends))
+        both = self._duration(len(data) + self._framing.size(length))
+        return Answer(reply, max(0.0, monotonic() - asked_at - both))
+
+    def _write(self, data: bytes) -> float:
+        """Send; when the last bit of it has left, at the latest."""
+        assert self._port is not None
+        try:
+            self._port.write(data)
+        except OSError as error:
+            raise self._vanished(error.strerror or str(error)) from error
+        return monotonic() + self._duration(len(data))
+
+    def _vanished(self, reason: str) -> PortError:
+        return PortError(f"{self._url} is gone: {reason}")
 
     def _duration(self, characters: int) -> float:
         assert self._round is not None

@@ -147,20 +147,21 @@ def make_plan(
 def _ranked(
     profiles: Sequence[Profile], narrowed: Narrowed, blind: bool
 ) -> list[tuple[Setting, list[Profile]]]:
-    """Settings with the profiles that know them, the likeliest first: factory settings come before others,
-    what more drives know before what fewer do, RTU before ASCII. ``blind``: parity and data bits do not
-    show, so that one of the formats stands for all with as many stop bits."""
-    found: dict[Setting, list[tuple[int, Profile]]] = {}
+    """Settings with the profiles that know them, the likeliest first: each profile votes for its factory
+    setting, and half as much for each step away from it; RTU comes before ASCII. ``blind``: parity and data
+    bits do not show, so that one of the formats stands for all with as many stop bits."""
+    votes: dict[Setting, dict[str, float]] = {}
     for profile in profiles:
-        for setting, rank in _of_profile(profile, narrowed):
-            found.setdefault(setting.as_seen if blind else setting, []).append((rank, profile))
+        for setting, steps in _of_profile(profile, narrowed):
+            cast = votes.setdefault(setting.as_seen if blind else setting, {})
+            cast[profile.name] = max(cast.get(profile.name, 0.0), 0.5**steps)
 
     def unlikeliness(setting: Setting) -> tuple[object, ...]:
-        ranks = [rank for rank, _ in found[setting]]
-        return setting.framing != "rtu", min(ranks), -len(ranks), -setting.baud, str(setting.format)
+        return setting.framing != "rtu", -sum(votes[setting].values()), -setting.baud, str(setting.format)
 
     return [
-        (setting, [profile for _, profile in found[setting]]) for setting in sorted(found, key=unlikeliness)
+        (setting, [profile for profile in profiles if profile.name in votes[setting]])
+        for setting in sorted(votes, key=unlikeliness)
     ]
 
 

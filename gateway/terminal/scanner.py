@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import NamedTuple
 from urllib.parse import urlsplit
 
@@ -26,6 +27,7 @@ from gateway.terminal.scanning import end_lines, end_object, found_lines, found_
 
 SERIAL_PATIENCE, NETWORK_PATIENCE = 0.2, 0.5
 INTERRUPTED = 130
+BY_ID = Path("/dev/serial/by-id")
 
 
 class Choices(NamedTuple):
@@ -65,7 +67,7 @@ def run_scan(port: str, plan: Plan, as_json: bool) -> int:
     Raises:
         CommandError: if the port cannot be used.
     """
-    report, asker, began = Report(), Asker(port), time.monotonic()
+    report, asker, began, name = Report(), Asker(port), time.monotonic(), _lasting_name(port)
     sys.stderr.write(plan_line(port, plan) + "\n")
     code, trouble = 0, None
     with _progress(plan, report) as moved:
@@ -76,9 +78,9 @@ def run_scan(port: str, plan: Plan, as_json: bool) -> int:
         except PortError as error:
             trouble = CommandError(_explained(port, error))
     if as_json:
-        say_json(end_object(port, plan, report, asker.strangers, time.monotonic() - began))
+        say_json(end_object(name, plan, report, asker.strangers, time.monotonic() - began))
     else:
-        _tell_end(port, plan, report, asker.strangers)
+        _tell_end(name, plan, report, asker.strangers)
     if trouble is not None:
         raise trouble
     return code or (0 if report.found else 1)
@@ -132,6 +134,15 @@ def _kind(port: str, choices: Choices) -> PortKind:
     if scheme == "modbus" and choices.framings:
         raise UsageError("modbus:// has a framing of its own")
     return "modbus" if scheme == "modbus" else "network"
+
+
+def _lasting_name(port: str) -> str:
+    """What the site file should call a port: a name that stays when adapters are plugged in anew."""
+    if "://" in port:
+        return port
+    device = Path(port).resolve()
+    names = (name for name in BY_ID.glob("*") if name.resolve() == device)
+    return str(next(names, Path(port).absolute()))
 
 
 def _framing(word: str) -> FramingName:

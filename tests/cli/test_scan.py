@@ -11,6 +11,7 @@ import pytest
 
 from gateway.mapping.load import load_site
 from gateway.simulator import SimulatedLine
+from gateway.terminal import scanner
 from tests.cli.program import GATEWAY, gateway
 from tests.scan.lines import line_of
 
@@ -61,6 +62,17 @@ def test_only_these_models(north: Path) -> None:
     ran = gateway("scan", north, "--units", "2", *NARROW, "--profiles", "s2000", "--json")
     assert [s["profile"] for s in ran.objects[0]["suggestions"]] == ["s2000"]
     assert ran.objects[0]["suggestions"][0]["likely"] is False
+
+
+def test_a_port_is_named_by_what_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    device, names = tmp_path / "ttyUSB0", tmp_path / "by-id"
+    device.touch()
+    names.mkdir()
+    monkeypatch.setattr(scanner, "BY_ID", names)
+    assert scanner._lasting_name(str(device)) == str(device)
+    (names / "usb-FTDI_A1").symlink_to(device)
+    assert scanner._lasting_name(str(device)) == str(names / "usb-FTDI_A1")
+    assert scanner._lasting_name("tcp://host:4001") == "tcp://host:4001"
 
 
 def test_nobody_answers(north: Path) -> None:

@@ -101,7 +101,7 @@ async def test_a_port_that_vanishes_is_told(tmp_path: Path) -> None:
         while report.asked < 1:
             await asyncio.sleep(0.01)
         line.close()
-        with pytest.raises(PortError):
+        with pytest.raises(PortError, match="is gone: "):
             await scan
 
 

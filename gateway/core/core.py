@@ -132,6 +132,11 @@ class Core:
         actions, self._actions = self._actions, []
         return actions
 
+    def transmitting(self, line: str, at: float) -> None:
+        """The bytes of the last `Transmit` of a line go out at this instant, a little after the step that
+        decided on them."""
+        self.lines.transmitting(line, at)
+
     def wake(self) -> float | None:
         """When a `Ticked` is next needed (monotonic)."""
         times = [

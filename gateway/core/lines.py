@@ -89,6 +89,10 @@ class Lines:
         """The port of a line is gone."""
         self._take(line, self._lines[line].port_lost(reason, now))
 
+    def transmitting(self, line: str, at: float) -> None:
+        """The request of a line goes out now."""
+        self._lines[line].trace.leaves(at)
+
     def received(self, line: str, data: bytes, now: float) -> None:
         """Bytes arrived on a line."""
         self._take(line, self._lines[line].received(data, now))

@@ -204,6 +204,7 @@ class Shell:
         port = self._ports.get(line)
         if port is None:
             return
+        self.core.transmitting(line, time.monotonic())
         try:
             port.write(data)
         except OSError as error:

@@ -61,6 +61,10 @@ class Trace:
             self.unanswered()
         self._asked, self._note, self._sent_at = data, note, at
 
+    def leaves(self, at: float) -> None:
+        """The request that was announced by `sent` goes out at this instant."""
+        self._sent_at = at
+
     def received(self, data: bytes, at: float) -> None:
         """Bytes came in, the last of them at ``at``."""
         began = at - len(data) * self._character

@@ -74,6 +74,15 @@ def test_an_exception_and_a_write() -> None:
     assert notes(bench) == [(">>", "write"), ("<<", "exception 22H")]
 
 
+def test_the_instant_at_which_a_request_really_left_counts() -> None:
+    record = trace()
+    record.sent(READ, "read", 1.0)
+    record.leaves(1.0007)
+    record.received(REPLY, 1.03)
+    record.answered("reply", len(REPLY), 0)
+    assert [frame.at for frame in kept(record)] == [1.0007, pytest.approx(1.03 - len(REPLY) * CHARACTER)]
+
+
 def test_our_echo_is_called_by_its_name() -> None:
     settings = LineSettings(name="north", framing="rtu", baud=9600, format=SerialFormat(8, "N", 2), echo=True)
     bench = Bench([facts()], [FakeUnit()], settings).start(Want(5, 0x24, 1, 0.5))

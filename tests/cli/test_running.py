@@ -16,7 +16,7 @@ from tests.cli.program import GATEWAY, gateway, small_site
 
 pytestmark = pytest.mark.xdist_group("running")
 
-SETTLE = 30.0
+SETTLE = 90.0
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gateway.bridge.api import Frame
@@ -50,16 +50,19 @@ def as_pcapng(lines: list[Source], captured: list[Captured]) -> bytes:
     return writer.head + b"".join(map(writer.frame, captured))
 
 
+@settings(deadline=None)
 @given(captures())
 def test_any_trace_comes_back_from_text(capture: tuple[list[Source], list[Captured]]) -> None:
     assert list(read_text(as_text(*capture))) == capture[1]
 
 
+@settings(deadline=None)
 @given(captures())
 def test_any_trace_comes_back_from_pcapng(capture: tuple[list[Source], list[Captured]]) -> None:
     assert list(read_capture(as_pcapng(*capture))) == capture[1]
 
 
+@settings(deadline=None)
 @given(st.binary(max_size=200), st.integers(0, 400), captures())
 def test_a_file_that_is_no_trace_is_refused_with_words(
     noise: bytes, at: int, capture: tuple[list[Source], list[Captured]]
@@ -72,6 +75,7 @@ def test_a_file_that_is_no_trace_is_refused_with_words(
             assert str(error)
 
 
+@settings(deadline=None)
 @given(st.text(max_size=200))
 def test_a_text_that_is_no_trace_is_refused_with_words(noise: str) -> None:
     try:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import tracemalloc
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gateway.line.interface import LineSettings, Priority, Want, Write
@@ -178,6 +178,7 @@ def test_nine_minutes_of_a_busy_line_are_kept() -> None:
 PIECES = st.lists(st.binary(min_size=1, max_size=40), min_size=1, max_size=8)
 
 
+@settings(deadline=None)
 @given(pieces=PIECES, length=st.integers(1, 60), behind=st.integers(0, 20))
 def test_every_byte_is_kept_once_and_in_order(pieces: list[bytes], length: int, behind: int) -> None:
     record = trace()

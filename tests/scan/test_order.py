@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 from hypothesis import given
+from hypothesis import settings as limits
 from hypothesis import strategies as st
 
 from gateway.mapping.profile import ModbusFacts
@@ -90,6 +91,7 @@ def test_registers_that_must_never_be_read_are_not(monkeypatch: pytest.MonkeyPat
     assert not [ask for each in plan.rounds for ask in each.asks if ask.address in plan.forbidden]
 
 
+@limits(deadline=None)
 @given(st.builds(Ask, st.integers(0, 0xFF00), st.integers(0, 125)) | st.just(LOOP))
 def test_a_scan_can_ask_nothing_but_reads_and_loop_backs(ask: Ask) -> None:
     request: Request = ask.request

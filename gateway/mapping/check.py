@@ -16,7 +16,7 @@ from gateway.mapping.node import Path
 from gateway.mapping.overlap import check_overlap
 from gateway.mapping.pointcheck import check_point
 from gateway.mapping.profile import Point, Profile
-from gateway.mapping.reachcheck import check_reach
+from gateway.mapping.reachcheck import check_holes, check_reach
 from gateway.mapping.resolve import Resolved
 from gateway.mapping.shape import nearest
 
@@ -30,6 +30,7 @@ def check(resolved: Resolved, stem: str, report: Report) -> None:
     layout = resolved.layout
     check_overlap(layout, profile.points, report)
     check_reach(profile.points.values(), layout, profile.modbus, report)
+    check_holes(profile.points.values(), layout, profile.modbus, report)
     for point in profile.points.values():
         check_point(point, layout, resolved, report)
         if point.cases and not report.wrong(layout.keys[point.name].place("cases")):

@@ -5,11 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 
+OURS = "ours"
+"""Stands for a document where there is none: what nobody states and the profile assumes."""
+
 
 @dataclass(frozen=True, slots=True)
 class Provenance:
-    """Where a fact comes from: a document's id and place, whether that document is about a similar
-    model only, and why the fact may be wrong (None: no doubt)."""
+    """Where a fact comes from: a document's id (or `OURS`) and place, whether that document is about a
+    similar model only, and why the fact may be wrong (None: no doubt)."""
 
     document: str = ""
     place: str = ""
@@ -19,6 +22,15 @@ class Provenance:
 
 UNSTATED = Provenance()
 """The origin of what states none."""
+
+
+@dataclass(frozen=True, slots=True)
+class NameFact:
+    """What is known of one named raw value: a sentence about it, and where it comes from."""
+
+    name: str
+    help: str = ""
+    provenance: Provenance = UNSTATED
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from types import MappingProxyType
 from typing import Literal, cast
 
 from gateway.mapping import forms
-from gateway.mapping.encodings import raw_span
+from gateway.mapping.encodings import Encodings, raw_span
 from gateway.mapping.finding import Report
 from gateway.mapping.forms import FormError
 from gateway.mapping.inherit import Inherited, Level, Sources
@@ -32,13 +32,15 @@ class Entry:
 class DatumMaker:
     """Makes the single points of one profile."""
 
-    def __init__(self, sources: Sources, report: Report) -> None:
+    def __init__(self, encodings: Encodings, sources: Sources, report: Report) -> None:
+        self._encodings = encodings
         self._sources = sources
         self._report = report
 
     def make(self, name: str, place: Place, encoding: Encoding, entry: Entry) -> Point:
         """The point with the defaults of its kind."""
         keys, traits = entry.keys, entry.keys.traits
+        named = self._encodings.values(traits.values, keys.place("values")).entries
         kind = traits.kind or Kind.STATUS
         defaults = KINDS[kind]
         access = traits.access or defaults.access
@@ -64,27 +66,28 @@ class DatumMaker:
             pace=Pace(traits.step, traits.slew, traits.interval or 0.0) if access.writable else FREELY,
             danger=self._danger(traits.danger or {}, encoding, keys.place("danger")),
             help=entry.help,
-            provenance=self._provenance(entry),
+            provenance=self._provenance(entry, named),
+            names=self._sources.names(named, entry.levels),
         )
 
     def look_up_sources(self, levels: list[Level]) -> None:
         """Complain about documents that are not there."""
         self._sources.of(levels)
 
-    def _provenance(self, entry: Entry) -> Provenance:
+    def _provenance(self, entry: Entry, named: Mapping[int, Level]) -> Provenance:
         """Where the point comes from; doubts of single names of its values are added to its own."""
         own = self._sources.of(entry.levels)
-        values = entry.keys.traits.values
-        table = values if isinstance(values, dict) else {}
         doubts = [own.doubt] if own.doubt else []
-        doubts += [text for value in table.values() if (text := self._doubt(value, entry.keys.path))]
+        doubts += [text for level in named.values() if (text := self._doubt(level, entry.levels))]
         return replace(own, doubt="; ".join(doubts) or None)
 
-    def _doubt(self, value: NamedValue, path: Path) -> str:
+    def _doubt(self, level: Level, levels: list[Level]) -> str:
         """What is doubtful about one named value, in words."""
+        value = level[1]
+        assert isinstance(value, NamedValue)
         if value.source is None and value.doubt is None:
             return ""
-        origin = self._sources.of([(path, value)])
+        origin = self._sources.of([*levels, level])
         similar = f"from {origin.document} {origin.place}, a similar model" if origin.similar else ""
         reasons = ", ".join(text for text in (similar, value.doubt) if text)
         return f"{value.name}: {reasons}" if reasons else ""

@@ -1,11 +1,35 @@
-"""Plain facts of a drive model: its serial line, and which requests it takes. Times are seconds. Pure."""
+"""Plain facts of a drive model: the addresses of its manual, its serial line, and which requests it takes.
+Times are seconds. Pure."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import Literal
 
-from gateway.mapping.condition import Condition
+from gateway.mapping.condition import UNSTATED, Condition, Provenance
+
+
+class Table(StrEnum):
+    """The four Modbus tables."""
+
+    HOLDING = "holding"
+    INPUT = "input"
+    COIL = "coil"
+    DISCRETE = "discrete"
+
+
+@dataclass(frozen=True, slots=True)
+class Notation:
+    """How the manual writes addresses: each part of the pattern counts its weight, ``add`` comes on top."""
+
+    pattern: str
+    weights: Mapping[str, int]
+    add: int
+    table: Table
+    example: str
+    provenance: Provenance = UNSTATED
 
 
 @dataclass(frozen=True, slots=True)

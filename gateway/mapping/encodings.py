@@ -11,7 +11,7 @@ from typing import NamedTuple
 from gateway.mapping import forms
 from gateway.mapping.finding import Report
 from gateway.mapping.forms import FormError, Unit
-from gateway.mapping.inherit import Inherited
+from gateway.mapping.inherit import Inherited, Level
 from gateway.mapping.model import Modbus, NamedValue, Values, ValueTable
 from gateway.mapping.node import Path
 from gateway.mapping.profile import Encoding, NumberType, WordOrder
@@ -32,6 +32,8 @@ class Names(NamedTuple):
 
     values: Mapping[int, str]
     patterns: tuple[Pattern, ...] = ()
+    entries: Mapping[int, Level] = MappingProxyType({})
+    """Where each name is written, and what is said of it there."""
 
 
 _NAMELESS = Names(MappingProxyType({}))
@@ -88,6 +90,7 @@ class Encodings:
     def names(self, table: ValueTable, path: Path) -> Names:
         """The names of a table; each raw value must have one name, and each name one place."""
         result: dict[int, str] = {}
+        entries: dict[int, Level] = {}
         patterns: list[Pattern] = []
         for key, entry in table.items():
             cut = forms.pattern(key)
@@ -98,7 +101,8 @@ class Encodings:
                 self._once(raw, entry, result, (*path, key))
                 self._apart(key, (-1, raw, entry.name), patterns, {}, (*path, key))
                 result[raw] = entry.name
-        return Names(MappingProxyType(result), tuple(patterns))
+                entries[raw] = ((*path, key), entry)
+        return Names(MappingProxyType(result), tuple(patterns), entries)
 
     def _apart(
         self, key: str, own: Pattern, patterns: list[Pattern], single: Mapping[int, str], path: Path

@@ -14,7 +14,7 @@ from gateway.mapping.model import RawProfile
 from gateway.mapping.profile import Command, Profile
 from gateway.mapping.reader import read
 from gateway.mapping.resolve import Resolved, resolve
-from gateway.mapping.shape import validate
+from gateway.mapping.validation import validate
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,27 +8,36 @@ from types import MappingProxyType
 from typing import Any
 
 from gateway.mapping import forms
-from gateway.mapping.encodings import Encodings
 from gateway.mapping.finding import Report
 from gateway.mapping.forms import FormError
 from gateway.mapping.inherit import Level, Sources
+from gateway.mapping.model import (
+    Addresses,
+    ErrorCode,
+    Errors,
+    Fact,
+    Modbus,
+    Pauses,
+    RawProfile,
+    Serial,
+    Sourced,
+)
 from gateway.mapping.model import CommLoss as RawCommLoss
-from gateway.mapping.model import ErrorCode, Errors, Fact, Modbus, Pauses, RawProfile, Serial, Sourced
-from gateway.mapping.model import Setting as RawSetting
 from gateway.mapping.node import Path
 from gateway.mapping.notation import Notations
 from gateway.mapping.profile import (
     CommLoss,
     ErrorMeaning,
     ModbusFacts,
+    Notation,
     Point,
     Provenance,
     SerialFacts,
     SerialFormat,
-    Setting,
+    Table,
 )
 from gateway.mapping.shape import nearest
-from gateway.mapping.values import Conditions, in_words, single_value
+from gateway.mapping.values import Conditions
 
 STANDARD_FUNCTIONS = (*range(0x01, 0x09), 0x0B, 0x0C, 0x0F, 0x10, 0x11, *range(0x14, 0x19), 0x2B)
 """The public function codes of Modbus. A drive may speak them all; 03H, 04H, 06H, 08H and 10H are sent."""
@@ -166,12 +175,27 @@ def facts_with_provenance(raw: RawProfile, sources: Sources) -> Mapping[str, Pro
     found = {}
     for name in ("serial", "modbus"):
         section: Sourced = getattr(raw, name)
-        for key in section.model_fields_set - {"source", "doubt"}:
+        for key in (key for key in type(section).model_fields if key in section.model_fields_set):
             fact: Any = getattr(section, key)
             if isinstance(fact, Sourced):
                 levels: list[Level] = [((name,), section), ((name, key), fact)]
                 found[f"{name}.{key}"] = sources.of(levels)
     return MappingProxyType(found)
+
+
+def notation_facts(raw: Addresses, sources: Sources) -> tuple[Notation, ...]:
+    """The notations of the manual, as they are declared."""
+    return tuple(
+        Notation(
+            pattern=pattern,
+            weights=MappingProxyType(entry.weights),
+            add=entry.add,
+            table=Table(entry.table),
+            example=entry.example,
+            provenance=sources.of([(("addresses",), raw), (("addresses", pattern), entry)]),
+        )
+        for pattern, entry in (raw.__pydantic_extra__ or {}).items()
+    )
 
 
 def error_meanings(
@@ -212,72 +236,3 @@ def _meaning(entry: ErrorCode, levels: list[Level], sources: Sources, report: Re
             levels[-1][0], f"`{entry.name}` is not a reason for an error", nearest(entry.name, list(REASONS))
         )
     return ErrorMeaning(entry.name, entry.help or "", entry.retry, sources.of(levels))
-
-
-class SettingMaker:
-    """Makes the settings of one profile."""
-
-    def __init__(self, encodings: Encodings, sources: Sources, report: Report) -> None:
-        self._encodings = encodings
-        self._sources = sources
-        self._report = report
-
-    def make(self, name: str, raw: RawSetting, levels: list[Level]) -> Setting | None:
-        """One setting; its default is checked like a value that a site gives. None when it has errors."""
-        path = levels[-1][0]
-        setting = None if self._report.doubtful(path) else self._made(name, raw, levels)
-        if self._report.doubtful(path) or not self._encodings.knows(raw.values):
-            self._report.lost.declare(name)
-            return None
-        return setting
-
-    def _made(self, name: str, raw: RawSetting, levels: list[Level]) -> Setting:
-        path = levels[-1][0]
-        low, high = self._range(raw, path)
-        setting = Setting(
-            name=name,
-            low=low,
-            high=high,
-            symbol=self._symbol(raw, path),
-            values=self._values(raw, (*path, "values")),
-            help=raw.help or "",
-            provenance=self._sources.of(levels),
-        )
-        return self._with_default(setting, raw, path)
-
-    def _range(self, raw: RawSetting, path: Path) -> tuple[Any, Any]:
-        if raw.range is None:
-            return None, None
-        if isinstance(raw.range.low, str) or isinstance(raw.range.high, str):
-            self._report.error(
-                (*path, "range"), "the range of a setting has numbers only", "write it like 0..50"
-            )
-            return None, None
-        return raw.range.low, raw.range.high
-
-    def _values(self, raw: RawSetting, path: Path) -> Mapping[int, str]:
-        names = self._encodings.values(raw.values, path)
-        if names.patterns:
-            remedy = "name each raw value by itself"
-            self._report.error(path, "a setting has no bits that a pattern could pick", remedy)
-        return names.values
-
-    def _symbol(self, raw: RawSetting, path: Path) -> str | None:
-        if raw.unit is None:
-            return None
-        if raw.unit.scale != 1:
-            self._report.error(
-                (*path, "unit"),
-                f"a setting counts in ones, not in {in_words(raw.unit.scale)}",
-                f"write 1 {raw.unit.symbol}",
-            )
-        return raw.unit.symbol
-
-    def _with_default(self, setting: Setting, raw: RawSetting, path: Path) -> Setting:
-        if raw.default is None:
-            return setting
-        try:
-            return replace(setting, default=single_value(raw.default, setting))
-        except FormError as error:
-            self._report.error((*path, "default"), error.message, error.remedy)
-            return setting

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 from gateway.mapping.finding import Report
 from gateway.mapping.lost import HARMLESS
-from gateway.mapping.model import Sourced, Traits
+from gateway.mapping.model import NamedValue, Sourced, Traits
 from gateway.mapping.node import Path
-from gateway.mapping.profile import Document, Provenance
+from gateway.mapping.profile import OURS, Document, NameFact, Provenance
 from gateway.mapping.shape import nearest
 
 Level = tuple[Path, Sourced]
@@ -63,20 +64,33 @@ class Sources:
 
     def of(self, levels: Sequence[Level]) -> Provenance:
         """Provenance of the innermost level; without any ``source`` it is the first document."""
+        where: Path = ()
         source, doubt = "", None
         for path, level in levels:
             if level.source is not None:
-                source = level.source
+                source, where = level.source, path
                 self._check(source, path)
             doubt = level.doubt if level.doubt is not None else doubt
         document, _, place = source.partition(" ")
+        if document == OURS and doubt is None and not self._report.lost.hurts(where):
+            message = "what stands in no document needs a `doubt`"
+            self._report.error((*where, "source"), message, "say why it is assumed")
         document = document or next(iter(self._documents), "")
         known = self._documents.get(document)
         return Provenance(document, place.strip(), known is not None and known.similar, doubt)
 
+    def names(self, entries: Mapping[int, Level], levels: Sequence[Level]) -> Mapping[int, NameFact]:
+        """What is known of each named raw value of a datum that stands at these levels."""
+        found = {}
+        for raw, (path, entry) in entries.items():
+            assert isinstance(entry, NamedValue)
+            origin = self.of([*levels, (path, entry)])
+            found[raw] = NameFact(entry.name, entry.help or "", origin)
+        return MappingProxyType(found)
+
     def _check(self, source: str, path: Path) -> None:
         document = source.partition(" ")[0]
-        if document not in self._documents:
+        if document not in self._documents and document != OURS:
             self._report.unknown_name(
                 (*path, "source"),
                 document,

@@ -14,12 +14,13 @@ from gateway.mapping.library import Library, unreadable
 from gateway.mapping.node import Path as Place
 from gateway.mapping.profile import Profile
 from gateway.mapping.reader import read
-from gateway.mapping.shape import nearest, validate
+from gateway.mapping.shape import nearest
 from gateway.mapping.site import Site
 from gateway.mapping.sitecheck import check_site
 from gateway.mapping.sitefile import RawSite
 from gateway.mapping.sitenames import with_names
 from gateway.mapping.sites import resolve_site
+from gateway.mapping.validation import validate
 
 
 def builtin_mappings() -> Path:

@@ -44,7 +44,11 @@ PROFILE: Mapping[str, Mapping[str, Meaning]] = {
         "simulate": M("assumptions for the simulated twin; only `gateway simulate` looks at them"),
     },
     "Sourced": {
-        "source": M("document id, then the place in it", "sim 9.2", "that of the section above"),
+        "source": M(
+            "document id, then the place in it; `ours` for what is in no document, which needs a `doubt`",
+            "sim 9.2",
+            "that of the section above",
+        ),
         "doubt": M("why this may be wrong; shown with the value", "hold time not stated"),
     },
     "Document": {

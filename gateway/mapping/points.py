@@ -28,7 +28,7 @@ class PointMaker:
     def __init__(self, notations: Notations, encodings: Encodings, sources: Sources, report: Report) -> None:
         self._notations = notations
         self._encodings = encodings
-        self._datum = DatumMaker(sources, report)
+        self._datum = DatumMaker(encodings, sources, report)
         self._report = report
         self.layout = Layout()
 

@@ -14,16 +14,20 @@ from fractions import Fraction
 from types import MappingProxyType
 from typing import Literal
 
+from gateway.mapping.condition import OURS as OURS  # noqa: PLC0414
 from gateway.mapping.condition import UNSTATED
 from gateway.mapping.condition import Bound as Bound  # noqa: PLC0414
 from gateway.mapping.condition import Condition as Condition  # noqa: PLC0414
 from gateway.mapping.condition import Constant as Constant  # noqa: PLC0414
+from gateway.mapping.condition import NameFact as NameFact  # noqa: PLC0414
 from gateway.mapping.condition import Provenance as Provenance  # noqa: PLC0414
 from gateway.mapping.condition import Term as Term  # noqa: PLC0414
 from gateway.mapping.device import CommLoss as CommLoss  # noqa: PLC0414
 from gateway.mapping.device import ModbusFacts as ModbusFacts  # noqa: PLC0414
+from gateway.mapping.device import Notation as Notation  # noqa: PLC0414
 from gateway.mapping.device import SerialFacts as SerialFacts  # noqa: PLC0414
 from gateway.mapping.device import SerialFormat as SerialFormat  # noqa: PLC0414
+from gateway.mapping.device import Table as Table  # noqa: PLC0414
 from gateway.mapping.twin import Simulate
 from gateway.tag import Role, ValueType
 
@@ -57,15 +61,6 @@ class Access(StrEnum):
     def writable(self) -> bool:
         """True unless the register is read-only."""
         return self is not Access.READ
-
-
-class Table(StrEnum):
-    """The four Modbus tables."""
-
-    HOLDING = "holding"
-    INPUT = "input"
-    COIL = "coil"
-    DISCRETE = "discrete"
 
 
 class NumberType(StrEnum):
@@ -208,6 +203,8 @@ class Point:
     """In a broadcast: the point of each drive that it changes; what is in % is a share of its upper limit."""
     help: str = ""
     provenance: Provenance = UNSTATED
+    names: Mapping[int, NameFact] = field(default_factory=lambda: MappingProxyType({}))
+    """What is known of each name of the encoding, by raw value."""
 
     @property
     def words(self) -> int:
@@ -295,6 +292,8 @@ class Setting:
     values: Mapping[int, str] = field(default_factory=lambda: MappingProxyType({}))
     help: str = ""
     provenance: Provenance = UNSTATED
+    names: Mapping[int, NameFact] = field(default_factory=lambda: MappingProxyType({}))
+    """What is known of each name, by raw value."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -326,6 +325,7 @@ class Profile:
     models: tuple[str, ...]
     version: int
     documents: Mapping[str, Document]
+    notations: tuple[Notation, ...] = ()
     serial: SerialFacts
     modbus: ModbusFacts
     settings: Mapping[str, Setting]

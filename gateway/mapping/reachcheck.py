@@ -11,12 +11,17 @@ from gateway.mapping.profile import ModbusFacts, Point, Table
 
 
 def check_reach(points: Iterable[Point], layout: Layout, modbus: ModbusFacts, report: Report) -> None:
-    """Complain about points that no request can bring; once about each function or hole that is wrong."""
+    """Complain about points that no request can bring, once about each function that is missing."""
     there = [point for point in points if point.name not in layout.displaced]
     _check_tables(there, layout, report)
     polled = [point for point in there if point.table in (Table.HOLDING, Table.INPUT)]
     if not report.wrong(FUNCTIONS):
         _check_functions(polled, layout, modbus, report)
+
+
+def check_holes(points: Iterable[Point], layout: Layout, modbus: ModbusFacts, report: Report) -> None:
+    """No point may lie where nothing is. What is sent to all drives has registers of its own."""
+    polled = [point for point in points if point.name not in layout.displaced]
     for first, last in modbus.holes:
         inside = [p for p in polled if p.address <= last and p.address + p.words > first]
         if inside:

@@ -9,7 +9,6 @@ from gateway.mapping import facts, forms
 from gateway.mapping.commands import CommandMaker
 from gateway.mapping.dependent import DependentMaker
 from gateway.mapping.encodings import Encodings
-from gateway.mapping.facts import SettingMaker
 from gateway.mapping.finding import Report
 from gateway.mapping.forms import FormError
 from gateway.mapping.inherit import Sources
@@ -20,6 +19,7 @@ from gateway.mapping.node import Path
 from gateway.mapping.notation import Notations
 from gateway.mapping.points import PointMaker
 from gateway.mapping.profile import (
+    OURS,
     Access,
     Broadcast,
     Command,
@@ -30,6 +30,7 @@ from gateway.mapping.profile import (
     Profile,
     Setting,
 )
+from gateway.mapping.settings import SettingMaker
 from gateway.mapping.twins import TwinMaker
 from gateway.mapping.values import Conditions
 
@@ -58,6 +59,9 @@ class _Resolver:
         self.report = report
         documents = {name: Document(entry.title, entry.similar) for name, entry in raw.documents.items()}
         self.documents = MappingProxyType(documents)
+        if OURS in documents:
+            message = f"`{OURS}` stands for what is in no document"
+            report.error(("documents", OURS), message, "use another id", key=True)
         self.sources = Sources(self.documents, report)
         self.notations = Notations(raw.addresses, report)
         self.encodings = Encodings(raw.values, raw.modbus, report)
@@ -88,6 +92,7 @@ class _Resolver:
             models=tuple(raw.models),
             version=raw.version,
             documents=self.documents,
+            notations=facts.notation_facts(raw.addresses, self.sources),
             serial=facts.serial_facts(raw.serial, conditions, self.report),
             modbus=modbus,
             settings=MappingProxyType(settings),

@@ -5,7 +5,7 @@ Afterwards only conditions on points remain, which the core looks at while it ru
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from types import MappingProxyType
@@ -37,6 +37,7 @@ def specialise(profile: Profile, settings: Settings) -> Profile:
             profile.modbus,
             probe=_probe(profile.modbus.probe, points),
             identity=tuple(term for term in profile.modbus.identity if term.name in points),
+            holes=tuple(_holes(profile.modbus.holes, points.values())),
         ),
         serial=replace(profile.serial, comm_loss=_comm_loss(profile.serial.comm_loss, settings)),
     )
@@ -179,6 +180,16 @@ def _probe(probe: str, points: Mapping[str, Point]) -> str:
     if probe == "loop_back" or probe in points:
         return probe
     return next((point.name for point in points.values() if point.access.readable), "")
+
+
+def _holes(holes: Iterable[tuple[int, int]], points: Iterable[Point]) -> Iterator[tuple[int, int]]:
+    """The holes without the registers to which a setting has moved points."""
+    taken = {point.address + index for point in points for index in range(point.words)}
+    for first, last in holes:
+        free = [address for address in range(first, last + 1) if address not in taken]
+        starts = [address for address in free if address - 1 not in free]
+        ends = [address for address in free if address + 1 not in free]
+        yield from zip(starts, ends, strict=True)
 
 
 def _comm_loss(loss: CommLoss, settings: Settings) -> CommLoss:

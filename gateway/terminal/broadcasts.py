@@ -10,7 +10,8 @@ from gateway.mapping.absent import NOT_SENT, members
 from gateway.mapping.profile import Broadcast, Command, Point
 from gateway.mapping.site import DriveConfig, Site
 from gateway.tag import split_tag
-from gateway.terminal.profiles import command_object, point_object
+from gateway.terminal.points import point_object
+from gateway.terminal.profiles import command_object
 from gateway.terminal.sheet import command_text, doubt_text, notes, place_text, source_text
 
 UNIT = 0

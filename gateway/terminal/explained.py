@@ -11,7 +11,8 @@ from gateway.mapping.profile import Command, Point, Profile
 from gateway.mapping.site import DriveConfig, Site
 from gateway.terminal.losing import loss_text
 from gateway.terminal.output import gap_object
-from gateway.terminal.profiles import command_object, point_object
+from gateway.terminal.points import point_object
+from gateway.terminal.profiles import command_object
 from gateway.terminal.sheet import command_text, doubt_text, notes, place_text, source_text
 
 INSTANCE = 2

@@ -5,7 +5,23 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
-from gateway.mapping.profile import ErrorMeaning, ModbusFacts, SerialFacts, Setting
+from gateway.mapping.profile import ErrorMeaning, ModbusFacts, Notation, SerialFacts, Setting
+
+DERIVED = ("gap_characters",)
+"""Keys beside the facts of a section that no profile states."""
+GAP_CHARACTERS = 3.5
+"""Silence before a message that Modbus RTU demands of everybody; the longer of this and `gap` counts."""
+
+
+def notation_object(notation: Notation) -> dict[str, Any]:
+    """How the manual writes addresses: each part times its weight, and a constant, is the wire address."""
+    return {
+        "pattern": notation.pattern,
+        "weights": dict(notation.weights),
+        "add": notation.add,
+        "table": notation.table,
+        "example": notation.example,
+    }
 
 
 def serial_object(serial: SerialFacts) -> dict[str, Any]:
@@ -17,6 +33,7 @@ def serial_object(serial: SerialFacts) -> dict[str, Any]:
         "ascii": [str(form) for form in serial.ascii],
         "units": list(serial.units),
         "gap": serial.gap,
+        "gap_characters": GAP_CHARACTERS,
         "reply": [serial.reply_usual, serial.reply_max],
         "pause": {
             "read": serial.pause_read,

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from rich.table import Table
 
 from gateway.mapping.profile import (
+    OURS,
     Case,
     Command,
     CommLoss,
@@ -14,6 +15,8 @@ from gateway.mapping.profile import (
     Document,
     ErrorMeaning,
     Limits,
+    ModbusFacts,
+    Notation,
     Point,
     Profile,
     Provenance,
@@ -21,11 +24,16 @@ from gateway.mapping.profile import (
     Setting,
     Step,
 )
+from gateway.mapping.profile import (
+    Table as Registers,
+)
 from gateway.terminal.facts import error_object, modbus_object, serial_object, setting_object
-from gateway.terminal.profiles import in_words, range_object, written
+from gateway.terminal.points import in_words, range_object
+from gateway.terminal.profiles import written
 
 COLUMNS = ("point", "register", "type", "unit", "range", "access", "rate", "notes")
 SIMILAR = "similar model, unverified"
+NOBODYS = "in no document"
 
 
 def head(profile: Profile) -> Iterator[str]:
@@ -33,11 +41,11 @@ def head(profile: Profile) -> Iterator[str]:
     yield f"{profile.name}: {profile.title} ({profile.maker} {', '.join(profile.models)})"
     for key, document in profile.documents.items():
         yield f"  {key}: {document.title}" + (f" ({SIMILAR})" if document.similar else "")
+    yield from (_notation_line(notation) for notation in profile.notations)
     yield _fact("serial", serial_object(profile.serial) | _spans(profile.serial))
-    yield _fact("modbus", modbus_object(profile.modbus))
+    yield _fact("modbus", modbus_object(profile.modbus) | {"holes": _holes(profile.modbus)})
     for key, provenance in profile.facts.items():
-        if provenance.doubt or provenance.similar:
-            yield f"  {key}: {doubt_text(provenance)}"
+        yield f"  {key}: {'; '.join(text for text in (origin_text(provenance), provenance.doubt) if text)}"
     yield from (_setting_line(setting) for setting in profile.settings.values())
     yield from (_error_line(code, error) for code, error in profile.errors.items())
 
@@ -69,9 +77,19 @@ def command_text(command: Command, points: Mapping[str, Point]) -> Iterator[str]
 
 def source_text(provenance: Provenance, documents: Mapping[str, Document]) -> str:
     """Where something stands: ``SI-M interface card, communication manual: 9.2 (sim)``."""
+    if provenance.document == OURS:
+        return NOBODYS
     document = documents.get(provenance.document)
     title = document.title if document else "none"
     return f"{title}: {provenance.place} ({provenance.document})"
+
+
+def origin_text(provenance: Provenance) -> str:
+    """Document and place in a few words: ``sim 9.2``, ``sc3 p.129 (similar model, unverified)``."""
+    if provenance.document == OURS:
+        return NOBODYS
+    similar = f" ({SIMILAR})" if provenance.similar else ""
+    return f"{provenance.document} {provenance.place}".strip() + similar
 
 
 def doubt_text(provenance: Provenance) -> str:
@@ -119,7 +137,7 @@ def _row(point: Point) -> tuple[str, ...]:
     encoding = point.encoding
     symbol = encoding.symbol or ""
     unit = symbol if point.cases else f"{encoding.scale} {symbol}" if symbol else ""
-    texts = "; ".join(notes(point))
+    texts = "; ".join([*([point.help] if point.help else []), *notes(point)])
     return (
         point.name,
         place_text(point),
@@ -163,6 +181,18 @@ def _spans(serial: SerialFacts) -> dict[str, str]:
     }
 
 
+def _holes(modbus: ModbusFacts) -> list[str]:
+    return [f"{low:04X}H" if low == high else f"{low:04X}H..{high:04X}H" for low, high in modbus.holes]
+
+
+def _notation_line(notation: Notation) -> str:
+    parts = " + ".join(part if w == 1 else f"{w} x {part}" for part, w in notation.weights.items())
+    where = "" if notation.table is Registers.HOLDING else f" ({notation.table})"
+    add = f" {'-' if notation.add < 0 else '+'} {abs(notation.add):04X}H" if notation.add else ""
+    origin = origin_text(notation.provenance)
+    return f"address {notation.pattern}: {parts}{add}{where}, like {notation.example} ({origin})"
+
+
 def _loss(loss: CommLoss) -> str:
     after = loss.after_from or ("?" if loss.after is None else f"{loss.after:g} s")
     when = "".join(f" when {term.text}" for term in loss.when)
@@ -179,7 +209,9 @@ def _setting_line(setting: Setting) -> str:
         for key in ("unit", "range", "values", "default")
         if facts[key] not in (None, {})
     ]
-    notes = [text for text in (setting.help, doubt_text(setting.provenance)) if text]
+    notes = [
+        text for text in (setting.help, origin_text(setting.provenance), setting.provenance.doubt) if text
+    ]
     return f"setting {setting.name}: " + "; ".join([*shown, *notes])
 
 
@@ -187,7 +219,8 @@ def _error_line(code: int, error: ErrorMeaning) -> str:
     facts = error_object(code, error)
     again = f", again after {error.retry:g} s" if error.retry else ""
     once = "".join(f", again once {term.text}" for term in error.retry_when)
-    about = "; ".join(text for text in (error.help, doubt_text(error.provenance)) if text)
+    origin = error.provenance
+    about = "; ".join(text for text in (error.help, origin_text(origin), origin.doubt) if text)
     return f"error {facts['code']}: {error.name}{again}{once}" + (f" ({about})" if about else "")
 
 

@@ -61,10 +61,16 @@ def test_a_command(site: Path) -> None:
     assert found["block"] is None
 
 
-def test_names_of_a_similar_model(site: Path) -> None:
-    found = explained(site, "fan-1.run_from_keypad")
-    assert found["similar_model"] is True
-    assert "similar model, unverified" in gateway("explain", site, "fan-1.run_from_keypad").out
+def test_what_is_said_of_a_similar_model(tmp_path: Path) -> None:
+    site = tmp_path / "site.yaml"
+    drive = "{profile: s2000, unit: 1, settings: {e1_04: 60}}"
+    site.write_text(
+        "site: plant7\ngateway: gw1\nlines:\n  north:\n    port: simulated\n    serial: 9600 8N1\n"
+        f"    drives:\n      fan-1: {drive}\n"
+    )
+    found = explained(site, "fan-1.speed_agree")
+    assert (found["similar_model"], found["source"]) == (True, "a1000 U1-12")
+    assert "similar model, unverified" in gateway("explain", site, "fan-1.speed_agree").out
 
 
 def test_an_unknown_tag_is_2(site: Path) -> None:

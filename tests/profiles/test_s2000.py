@@ -185,10 +185,12 @@ def test_broadcast_commands_are_asked_of_every_drive() -> None:
 
 def test_what_is_not_in_the_document_says_so() -> None:
     similar = {point.name for point in POINTS.values() if point.provenance.similar}
-    assert similar == {"speed_agree", "warning", "fault"}
-    assert all(POINTS[name].provenance.doubt for name in similar)
-    for name in ("preset_frequency_1", "language", "initialise", "enter_eeprom"):
+    assert similar == {"speed_agree"}, "blank in the document"
+    for name in ("speed_agree", "preset_frequency_1", "language", "initialise", "enter_eeprom"):
         assert POINTS[name].provenance.doubt
+    for name in ("warning", "fault"):
+        origin = POINTS[name].provenance
+        assert (origin.document, "a1000 U1-12" in (origin.doubt or "")) == ("s2000", True)
 
 
 def test_firmware_that_has_the_command_words_one_higher() -> None:
@@ -266,3 +268,12 @@ def test_where_terminal_4_does_not_reset_it_is_a_terminal_like_the_others(tmp_pa
     assert "h1_02: fault_reset" in refused.reason
     refused = drive.do("run_forward_all", verdict=Verdict.REFUSED, frequency=50.0)
     assert "sends no broadcasts" in refused.reason
+
+
+@pytest.mark.parametrize(("shift", "first"), [(0, 2), (1, 3)])
+def test_a_hole_ends_where_firmware_has_moved_a_word_to(shift: int, first: int, tmp_path: Path) -> None:
+    settings = f"{{e1_04: 60, command_shift: {shift}}}"
+    drive = Life(tmp_path, "s2000", unit=1, serial="9600 8N1", settings=settings).found()
+    facts = drive.core.drives[0].facts
+    assert facts.holes[0] == (first, 6)
+    assert drive.core.drives[0].profile.points["frequency_command"].address == 1 + shift

@@ -16,9 +16,9 @@ from gateway.bridge.messages import RunCommand, WriteTag
 from gateway.core.chain import Entry
 from gateway.tag import Outcome
 
-KEEP = 11_000
-"""Ids remembered at most, the newest: of commands for which something was sent, and as many of others. A
-little more than `gateway.core.once` needs, since it takes them in the order in which they ended."""
+KEEP_SENT, KEEP_UNSENT = 11_000, 2_000
+"""Ids remembered at most, the newest: of commands for which something was sent, and of others. Of the
+former a little more than `gateway.core.once` needs, since it takes them in the order in which they ended."""
 
 ABOUT = ("ask", "what", "wanted", "by", "id", "client", "ttl")
 """What intents and outcomes tell of their command."""
@@ -59,23 +59,31 @@ class Attempts(msgspec.Struct, kw_only=True):
             return
         self.open[entry["ask"]] = {name: entry[name] for name in ABOUT if name in entry}
         if "id" in entry:
-            _keep(self.sent, entry, self.sent.get(key(entry["client"], entry["id"])))
+            self.sent.setdefault(_key(entry), _attempt(entry))
+            forget(self.sent, KEEP_SENT)
 
     def _end(self, entry: Entry) -> None:
         self.last = max(self.last, entry["ask"])
         self.open.pop(entry["ask"], None)
         if "id" in entry:
-            name = key(entry["client"], entry["id"])
-            attempt = _keep(self.sent if name in self.sent else self.unsent, entry, None)
+            name = _key(entry)
+            attempt = self.sent.get(name) or self.unsent.setdefault(name, _attempt(entry))
             attempt.outcome = msgspec.convert(entry["outcome"], Outcome)
+            forget(self.unsent, KEEP_UNSENT)
 
 
-def _keep(attempts: dict[str, Attempt], entry: Entry, known: Attempt | None) -> Attempt:
-    name = key(entry["client"], entry["id"])
-    attempt = attempts.setdefault(name, known or Attempt(at=entry["lived"], ttl=entry.get("ttl", 0.0)))
-    while len(attempts) > KEEP:
+def forget(attempts: dict[str, Attempt], keep: int) -> None:
+    """Forget the oldest until so many are left."""
+    while len(attempts) > keep:
         del attempts[next(iter(attempts))]
-    return attempt
+
+
+def _attempt(entry: Entry) -> Attempt:
+    return Attempt(at=entry["lived"], ttl=entry["ttl"])
+
+
+def _key(entry: Entry) -> str:
+    return key(entry["client"], entry["id"])
 
 
 def about(ask: int, request: WriteTag | RunCommand, way: tuple[str, str] | None) -> dict[str, Any]:

@@ -120,6 +120,24 @@ def step_values(
     return raws
 
 
+def lasts(point: Point) -> bool:
+    """H14: what is written to it stays, and may wear it."""
+    return point.kind is Kind.PARAMETER or point.wear is not None
+
+
+def is_spared(
+    ask: Ask, store: Store, step: Step, raws: Mapping[str, int], now: float
+) -> Generator[Effect, Any, bool]:
+    """H14: whether a step would only write what stands there already, into memory that wears."""
+    points = [ask.drive.profile.points[name] for name in raws]
+    if step.until or not all(lasts(point) for point in points):
+        return False
+    for point in points:
+        if not (yield from is_already(ask, store, point, raws[point.name], now)):
+            return False
+    return True
+
+
 def is_already(ask: Ask, store: Store, point: Point, raw: int, now: float) -> Generator[Effect, Any, bool]:
     """H14: whether a parameter holds the value already; then it is not written, which may wear it."""
     if not point.access.readable or point.select:

@@ -22,8 +22,8 @@ from gateway.core.memory import Memory, remembered, snapshot_of
 
 log = structlog.get_logger(__name__)
 
-ROTATE_BYTES = 16 * 1024 * 1024
-KEEP_FILES = 20
+ROTATE_BYTES = 8 * 1024 * 1024
+KEEP_FILES = 40
 
 
 @dataclass(slots=True)
@@ -73,7 +73,7 @@ class Ledger:
             OSError: if the files cannot be read.
         """
         self._found = find(self._disk)
-        return replace(self._found, memory=remembered(snapshot_of(self._found.memory)))
+        return replace(self._found, memory=self._found.memory.copy())
 
     def write(self, entries: Sequence[Entry]) -> None:
         """Have entries on the disk when this returns.

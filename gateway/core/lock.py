@@ -7,6 +7,7 @@ import fcntl
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import IO
 
 from gateway.bridge.api import BridgeError
 from gateway.bridge.place import lock_path
@@ -25,7 +26,7 @@ def data_lock(data: Path) -> Iterator[None]:
     """
     try:
         data.mkdir(parents=True, exist_ok=True)
-        file = lock_path(data).open("ab")
+        file = _opened(lock_path(data))
     except OSError as error:
         raise BridgeError(
             f"{data} cannot be used: {error.strerror} (give `data:` a folder of yours)"
@@ -43,3 +44,14 @@ def data_lock(data: Path) -> Iterator[None]:
                     raise BridgeError(reason) from None
                 time.sleep(TRY_SECONDS)
         yield
+
+
+def _opened(path: Path) -> IO[bytes]:
+    """The file to lock. On a disk that became read-only, one that is there will do: drives can still be
+    watched and stopped (safety.md R2)."""
+    try:
+        return path.open("ab")
+    except OSError:
+        if not path.exists():
+            raise
+        return path.open("rb")

@@ -42,14 +42,18 @@ class Memory(msgspec.Struct, kw_only=True):
                 problem = f"{name} does not understand it: {error!r}"
         return problem
 
+    def copy(self) -> Memory:
+        """Another one that tells the same, as it would come back from the journal."""
+        return msgspec.json.decode(msgspec.json.encode(self), type=Memory)
+
 
 def snapshot_of(memory: Memory) -> dict[str, Any]:
-    """The entry that holds a whole memory."""
-    return {"kind": SNAPSHOT, "memory": msgspec.to_builtins(memory, str_keys=True)}
+    """The entry that holds a whole memory, to be sealed at once."""
+    return {"kind": SNAPSHOT, "memory": memory}
 
 
 def remembered(snapshot: Entry) -> Memory:
-    """The memory in a snapshot.
+    """The memory in a snapshot that was read.
 
     Raises:
         msgspec.ValidationError: if there is none.

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from gateway.core.attempts import Attempt, Attempts, key
+from gateway.core.attempts import KEEP_UNSENT, Attempt, Attempts, forget, key
 from gateway.tag import Cause, Outcome, Verdict
 
 KEEP = 10_000
-"""Ids remembered: of commands for which something was sent, and as many of others."""
+"""Ids remembered of commands for which something was sent."""
 
 KEEP_TTLS = 10
 """An id for which something was sent is remembered at least so many times its time to live."""
@@ -68,6 +68,5 @@ class Once:
         the duplicates that wait for it."""
         done = self._done.sent if outcome.sent else self._done.unsent
         done[key(*way)] = Attempt(at=at, ttl=ttl, outcome=outcome)
-        while len(self._done.unsent) > KEEP:
-            del self._done.unsent[next(iter(self._done.unsent))]
+        forget(self._done.unsent, KEEP_UNSENT)
         return self._waiting.pop(way, [])

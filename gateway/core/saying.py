@@ -10,7 +10,7 @@ from gateway.core.guard import Ended
 from gateway.core.meaning import Meaningless, meaning_of
 from gateway.core.procedure import Finished
 from gateway.core.store import Store
-from gateway.core.wear import wearing
+from gateway.core.wear import register_of, wearing
 from gateway.line.interface import Answered, Refused, Silent, Unsent, Write
 from gateway.modbus.encoding import decode, insert, to_words
 from gateway.tag import Cause, Value, Verdict
@@ -65,7 +65,7 @@ def ended(drive: Drive, finished: Finished, before: str = "") -> Ended:
 def intent(drive: Drive, store: Store, request: Write, raws: Mapping[str, int]) -> dict[str, Any]:
     """R1: what the journal is told of a frame that is about to be sent: the registers, and of each point
     the value last seen (null where none is known) and the new one."""
-    worn = [drive.tag(point.name) for point in wearing(drive, raws)]
+    worn = sorted({register_of(point) for point in wearing(drive, raws)})
     return {
         "line": drive.line,
         "drive": drive.name,

@@ -14,7 +14,7 @@ from typing import Any
 import structlog
 
 from gateway import __version__
-from gateway.bridge.api import API_VERSION
+from gateway.bridge.api import API_VERSION, BridgeError
 from gateway.bridge.messages import Call, Response, Welcome
 from gateway.core.core import Core
 from gateway.core.events import (
@@ -102,9 +102,12 @@ class Shell:
         """Read back the journal, open the ports and begin.
 
         Raises:
-            OSError: if the journal cannot be read.
+            BridgeError: if the journal cannot be read: what it remembers must not be forgotten.
         """
-        found = self._journal.start()
+        try:
+            found = self._journal.start()
+        except OSError as error:
+            raise BridgeError(f"the journal cannot be read: {error}") from error
         self._step(Started(found.memory, this_boot(), found.broken, found.cut), together())
 
     async def ports_tried(self, seconds: float) -> None:

@@ -31,6 +31,11 @@ def wearing(drive: Drive, names: Iterable[str]) -> list[Point]:
     return [point for point in points if point.wear is not None]
 
 
+def register_of(point: Point) -> str:
+    """The register that a point wears; points that are bits of one word share it, and its budget."""
+    return f"{point.address:04X}H"
+
+
 class WearGuard:
     """The budgets of a site."""
 
@@ -57,32 +62,36 @@ class WearGuard:
 
     def _refusal(self, drive: Drive, point: Point) -> str:
         budget = drive.config.wear_per_day.get(point.name, self._daily)
-        day = self._wear.of(drive.tag(point.name)).since(self._trail.lived)
+        day = self._day(drive, point)
+        place = f"the register of {point.name}" if point.encoding.width else point.name
         if len(day) < budget:
             return ""
         again = f"again in {_in_words(day[-budget] + DAY - self._trail.lived)}, or " if budget else ""
-        twin = point.twin and f"write {point.twin}, which wears nothing"
+        instead = point.twin and f"write {point.twin}, which wears nothing"
+        instead = instead or "raise wear_per_day in the site file"
         return (
-            f"{point.name} was written {len(day)} times in 24 h; each time wears the drive's memory, and the "
-            f"site allows {budget} ({again}{twin or 'raise wear_per_day in the site file'})"
+            f"{place} was written {len(day)} times in 24 h; each time wears the drive's memory, and the site "
+            f"allows {budget} ({again}{instead})"
         )
 
     def _count(self, entry: Entry, now: Instant) -> None:
         """An entry goes on record: count what it wears, and tell when a memory comes to its end."""
         self._wear.fold(entry)
-        for tag in entry.get("wears", ()):
-            name, _, point = tag.partition(".")
-            self._look(self._drives[name], self._drives[name].profile.points[point], now)
+        if "wears" in entry:
+            drive = self._drives[entry["drive"]]
+            for point in wearing(drive, entry["new"]):
+                self._look(drive, point, now)
 
     def _look(self, drive: Drive, point: Point, now: Instant) -> None:
-        total = self._wear.of(drive.tag(point.name)).total
+        total = self._wear.of(drive.name, register_of(point)).total
         if isinstance(point.wear, int) and total >= (1 - NEARLY) * point.wear:
             text = f"{point.name} was written {total} times; its memory is good for {point.wear}"
             self._alarms.raise_(drive.name, f"wear_{point.name}", text, now)
 
     def _register(self, drive: Drive, own: OwnTags) -> None:
         points = wearing(drive, drive.profile.points)
-        values: dict[str, Tell] = {ALL: lambda now: sum(self._today(drive, point) for point in points)}
+        by_register = {register_of(point): point for point in points}.values()
+        values: dict[str, Tell] = {ALL: lambda now: sum(len(self._day(drive, p)) for p in by_register)}
         for point in points:
             if isinstance(point.wear, int):
                 values[f"{ALL}_{point.name}"] = self._tell_today(drive, point)
@@ -90,14 +99,14 @@ class WearGuard:
         known = of_a_drive(drive.profile)
         own.register(drive.name, {name: known[name] for name in values}, values)
 
-    def _today(self, drive: Drive, point: Point) -> int:
-        return len(self._wear.of(drive.tag(point.name)).since(self._trail.lived))
+    def _day(self, drive: Drive, point: Point) -> list[float]:
+        return self._wear.of(drive.name, register_of(point)).since(self._trail.lived)
 
     def _tell_today(self, drive: Drive, point: Point) -> Tell:
-        return lambda now: self._today(drive, point)
+        return lambda now: len(self._day(drive, point))
 
     def _tell_left(self, drive: Drive, point: Point, life: int) -> Tell:
-        return lambda now: max(0, life - self._wear.of(drive.tag(point.name)).total)
+        return lambda now: max(0, life - self._wear.of(drive.name, register_of(point)).total)
 
 
 def _in_words(seconds: float) -> str:

@@ -1,7 +1,7 @@
-"""How often points were written that wear by it, as the journal remembers it (H14). Pure.
+"""How often registers were written that wear by it, as the journal remembers it (H14). Pure.
 
-The intent of a frame names the points that it wears (``wears``, as tags); it counts even where the frame was
-not sent in the end. A day is the last 24 hours of lived time (`gateway.core.runs`), so that no change of
+The intent of a frame names the registers that it wears (``wears``); it counts even where the frame was not
+sent in the end. A day is the last 24 hours of lived time (`gateway.core.runs`), so that no change of
 the clock gives writes back or takes them away.
 """
 
@@ -16,7 +16,7 @@ DAY = 86400.0
 
 
 class Worn(msgspec.Struct, kw_only=True):
-    """How often a point was written: ever, and when in the last day (lived time)."""
+    """How often a register was written: ever, and when in the last day (lived time)."""
 
     total: int = 0
     day: list[float] = field(default_factory=list)
@@ -32,16 +32,22 @@ class Worn(msgspec.Struct, kw_only=True):
 
 
 class Wear(msgspec.Struct, kw_only=True):
-    """What is remembered of all points that wear, by tag."""
+    """What is remembered of all registers that wear, by `place`."""
 
-    points: dict[str, Worn] = field(default_factory=dict)
+    registers: dict[str, Worn] = field(default_factory=dict)
 
     def fold(self, entry: Entry) -> None:
         """Take in one entry of the journal."""
         if entry["kind"] == "intent":
-            for tag in entry.get("wears", ()):
-                self.points.setdefault(tag, Worn()).write(entry["lived"])
+            for register in entry.get("wears", ()):
+                worn = self.registers.setdefault(place(entry["drive"], register), Worn())
+                worn.write(entry["lived"])
 
-    def of(self, tag: str) -> Worn:
-        """How often a point was written."""
-        return self.points.get(tag, Worn())
+    def of(self, drive: str, register: str) -> Worn:
+        """How often a register was written."""
+        return self.registers.get(place(drive, register), Worn())
+
+
+def place(drive: str, register: str) -> str:
+    """The name under which a register is kept: ``fan-1:0103H``."""
+    return f"{drive}:{register}"

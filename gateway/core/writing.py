@@ -8,7 +8,15 @@ from typing import Any
 
 from msgspec import structs
 
-from gateway.core.establishing import establish, holds_now, is_already, raw_now, step_values
+from gateway.core.establishing import (
+    establish,
+    holds_now,
+    is_already,
+    is_spared,
+    lasts,
+    raw_now,
+    step_values,
+)
 from gateway.core.fit import fit
 from gateway.core.guard import Ended
 from gateway.core.procedure import (
@@ -53,8 +61,7 @@ def change_point(ask: Ask, store: Store, point: Point, number: Fraction, now: fl
     drive = ask.drive
     yield from establish(drive, store, point.only_when, now)
     raw = yield from raw_now(drive, store, point, number, point.name, now)
-    lasting = point.kind is Kind.PARAMETER or point.wear is not None
-    if lasting and (yield from is_already(ask, store, point, raw, now)):
+    if lasts(point) and (yield from is_already(ask, store, point, raw, now)):
         value = value_shown(ask, store, [point])
         return Outcome(verdict=Verdict.CONFIRMED, reason="it was so already", value=value)
     yield from select(ask, store, point)
@@ -110,6 +117,8 @@ def run_steps(
         if step.when and not (yield from holds_now(ask.drive, store, step.when, now)):
             continue
         raws = yield from step_values(ask, store, step, args, now)
+        if not ask.urgent and (yield from is_spared(ask, store, step, raws, now)):
+            continue
         last = index == len(command.steps) - 1 and not keep
         if ask.urgent:
             outcome, now = yield from stop_step(ask, store, step, raws)

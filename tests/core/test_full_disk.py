@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import asyncio
+import errno
+import os
 import resource
 from collections.abc import AsyncIterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from gateway.bridge.api import BridgeError
 from gateway.bridge.client import SocketBridge, connect_path
 from gateway.bridge.place import socket_path
 from gateway.core.audit import check, passages
+from gateway.core.direct import open_core
 from gateway.core.disk import Folder
-from gateway.tag import Cause, Origin, Outcome, Role, Verdict
+from gateway.tag import Cause, Origin, Outcome, Quality, Role, Verdict
 from tests.core.plant import load, simulated, write_site
 from tests.core.test_process import core_process
 
@@ -79,6 +84,47 @@ async def test_r2_a_file_that_cannot_grow(plant: Plant) -> None:
     await plant.until_journal(well=True)
     assert plant.outcomes()[:4] == ["confirmed", "refused", "confirmed", "confirmed"]
     assert check(Folder(plant.data)).breaks == []
+
+
+async def test_r2_a_core_starts_on_a_disk_that_became_read_only(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nothing can be put on record, so nothing is written; but drives are watched, and can be stopped."""
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    site = load(write_site(tmp_path))
+    (site.data).mkdir()
+    (site.data / "lock").touch()
+    opened, write = Path.open, os.O_APPEND | os.O_CREAT
+    real = os.open
+
+    def open_path(path: Path, mode: str = "r", *more: Any, **others: Any) -> Any:
+        if path.parent == site.data and "a" in mode:
+            raise OSError(errno.EROFS, "Read-only file system")
+        return opened(path, mode, *more, **others)
+
+    def open_file(path: Any, flags: int, *more: Any) -> int:
+        if Path(path).parent == site.data and flags & write:
+            raise OSError(errno.EROFS, "Read-only file system")
+        return real(path, flags, *more)
+
+    monkeypatch.setattr(Path, "open", open_path)
+    monkeypatch.setattr(os, "open", open_file)
+    with simulated(site):
+        async with open_core(site) as bridge:
+            [sample] = await bridge.read(["fan-1.output_frequency"])
+            assert sample.quality is Quality.GOOD
+            refused = await bridge.write(TAG, 30.0, ANNA)
+            assert (refused.verdict, refused.cause) == (Verdict.REFUSED, Cause.JOURNAL)
+            assert "Read-only" in refused.reason
+            assert (await bridge.command("fan-1", "stop", {}, ANNA)).verdict is Verdict.CONFIRMED
+
+
+async def test_h3_a_core_does_not_start_when_it_cannot_read_what_it_must_remember(tmp_path: Path) -> None:
+    site = load(write_site(tmp_path))
+    (site.data / "journal-000000000001.jsonl").mkdir(parents=True)
+    with pytest.raises(BridgeError, match="the journal cannot be read"):
+        async with open_core(site):
+            pass
 
 
 async def test_r2_a_folder_that_is_taken_away(plant: Plant) -> None:

@@ -84,8 +84,8 @@ def test_r1_r2_any_sequence_of_failures_crashes_and_torn_writes_leaves_one_chain
     assert Ledger(disk, ROTATE, MANY).open().memory.runs.wall == number
 
 
-def filled(disk: Disk, count: int = 20) -> Ledger:
-    ledger = Ledger(disk, ROTATE, MANY)
+def filled(disk: Disk, count: int = 20, rotate: int = ROTATE) -> Ledger:
+    ledger = Ledger(disk, rotate, MANY)
     ledger.open()
     for number in range(1, count + 1):
         ledger.write([entry(number)])
@@ -140,7 +140,7 @@ def test_r1_a_changed_line_is_left_as_it_stands_and_a_new_file_is_begun() -> Non
 @pytest.mark.parametrize("spoiled", ["removed", "emptied", "cut", "replaced"])
 def test_r2_a_file_that_is_taken_away_while_it_is_written_is_noticed(tmp_path: Path, spoiled: str) -> None:
     disk = Folder(tmp_path)
-    ledger = filled(disk, 3)
+    ledger = filled(disk, 3, MANY)
     path = tmp_path / disk.names()[-1]
     match spoiled:
         case "removed":
@@ -164,7 +164,7 @@ def test_r2_a_file_that_is_taken_away_while_it_is_written_is_noticed(tmp_path: P
 def test_r2_a_folder_that_is_gone_is_not_made_again_and_taken_up_when_it_is_back(tmp_path: Path) -> None:
     folder = tmp_path / "data"
     folder.mkdir()
-    ledger = filled(Folder(folder), 3)
+    ledger = filled(Folder(folder), 3, MANY)
     folder.rename(tmp_path / "elsewhere")
     for _ in range(2):
         with pytest.raises(OSError, match=r"somebody else|No such file"):
@@ -179,7 +179,7 @@ def test_r2_a_folder_that_is_gone_is_not_made_again_and_taken_up_when_it_is_back
 def test_r2_a_file_that_may_not_grow(tmp_path: Path) -> None:
     """The kernel itself says no, in the middle of a line."""
     disk = Folder(tmp_path)
-    ledger = filled(disk, 2)
+    ledger = filled(disk, 2, MANY)
     size = (tmp_path / disk.names()[-1]).stat().st_size
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     import signal

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from fractions import Fraction
 from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gateway.core.worn import DAY, Wear
+from gateway.core.worn import DAY, Worn
+from gateway.mapping.profile import Command, Constant, Step
 from gateway.mapping.site import Site
 from gateway.tag import Cause, Instant, Origin, Outcome, Role, Verdict
 from tests.core.world import World, site_of
@@ -44,10 +46,11 @@ def test_h14_the_budget_of_a_day_is_kept_and_the_refusal_tells_what_to_do(teco: 
     sent = len(teco.sent())
     refused = write(teco, 0)
     assert (refused.verdict, refused.cause) == (Verdict.REFUSED, Cause.WEAR)
-    assert "written 3 times in 24 h" in refused.reason
+    assert "the register of stop_method was written 3 times in 24 h" in refused.reason
     assert "again in 24 h 0 min, or raise wear_per_day" in refused.reason
     assert len(teco.sent()) == sent
     assert write(teco, 2, "s_curve").verdict is Verdict.CONFIRMED, "each parameter has its own budget"
+    assert write(teco, 1, "stop_method_2").cause is Cause.WEAR, "it is another bit of the same register"
     assert tag(teco, "_writes_today") == 4
 
 
@@ -57,6 +60,21 @@ def test_h14_an_equal_value_is_not_written_and_costs_nothing(teco: World) -> Non
         assert outcome.verdict is Verdict.CONFIRMED
     assert len(teco.sent()) == 1
     assert tag(teco, "_writes_today") == 1
+
+
+def test_h14_a_command_does_not_write_what_stands_there_already_either() -> None:
+    site = site_of("teco-7200gs")
+    [line] = site.lines
+    [drive] = line.drives
+    step = Step(write={"stop_method": Constant(Fraction(1)), "stop_method_2": Constant(Fraction(0))})
+    commands = {"set_up": Command(name="set_up", args={}, steps=(step,), role=Role.ENGINEER)}
+    drive = replace(drive, profile=replace(drive.profile, commands=commands))
+    world = World(replace(site, lines=(replace(line, drives=(drive,)),)))
+    world.run(1.0)
+    for _ in range(3):
+        assert world.command("set_up", drive="drive-1", origin=ADMIN).verdict is Verdict.CONFIRMED
+    assert len(world.sent()) == 1
+    assert tag(world, "_writes_today") == 1
 
 
 def test_h14_a_day_later_it_may_be_written_again(teco: World) -> None:
@@ -116,7 +134,7 @@ def test_h14_an_alarm_tells_that_a_memory_comes_to_its_end() -> None:
     first = World(site)
     memory = first.memory()
     for _ in range(89_999):
-        memory.wear.points.setdefault("drive-1.enter_eeprom", Wear().of("")).total += 1
+        memory.wear.registers.setdefault("drive-1:FFFDH", Worn()).total += 1
     world = World(site, memory=memory)
     world.run(1.0)
     world.command("store_parameters", drive="drive-1", origin=ADMIN)
@@ -127,7 +145,7 @@ def test_h14_an_alarm_tells_that_a_memory_comes_to_its_end() -> None:
 
 @given(st.lists(st.floats(0.0, 3 * DAY), max_size=60), st.integers(1, 5))
 def test_h14_no_24_hours_ever_hold_more_than_the_budget(moments: list[float], budget: int) -> None:
-    worn = Wear().of("")
+    worn = Worn()
     written = []
     for lived in sorted(moments):
         if len(worn.since(lived)) < budget:

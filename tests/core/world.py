@@ -34,7 +34,7 @@ from gateway.core.events import (
     Ticked,
     Transmit,
 )
-from gateway.core.memory import Memory, remembered, snapshot_of
+from gateway.core.memory import Memory
 from gateway.core.runs import Boot
 from gateway.mapping.load import builtin_mappings, load_profile
 from gateway.mapping.profile import Profile, SerialFormat
@@ -159,7 +159,7 @@ class World:
         memory = Memory()
         for entry in self.journal:
             memory.fold(entry)
-        return remembered(snapshot_of(memory))
+        return memory.copy()
 
     # -- clients
 

@@ -31,7 +31,7 @@ from gateway.tag import Origin, Outcome, Role, Verdict
 from tests.core.fieldbus import PROFILE, TcpDrive, modbus_tcp
 
 ANNA = Origin(through="cli", who="anna", role=Role.ADMIN)
-START_SECONDS = 20.0
+START_SECONDS = 60.0
 Words = tuple[str, tuple[int, ...]]
 """Drive and written words."""
 

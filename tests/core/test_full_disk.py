@@ -25,7 +25,7 @@ from tests.core.test_process import core_process
 
 ANNA = Origin(through="cli", who="anna", role=Role.ADMIN)
 TAG = "fan-1.frequency_command"
-PATIENCE = 15.0
+PATIENCE = 60.0
 UNLIMITED = (resource.RLIM_INFINITY, resource.RLIM_INFINITY)
 
 

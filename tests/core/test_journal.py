@@ -16,7 +16,7 @@ from gateway.core.journal import Journal
 from gateway.core.ledger import Ledger
 from tests.core.faultydisk import FaultyDisk
 
-PATIENCE = 10.0
+PATIENCE = 60.0
 
 
 class Bench:

@@ -182,6 +182,7 @@ class FakeBridge:
         self.wants: dict[str, float] = {}
         self.writes: list[tuple[str, Value, Origin, float, str]] = []
         self.commands: list[tuple[str, str, dict[str, Value], Origin, float, str]] = []
+        self.turned: list[tuple[str, Any, Origin, Outcome]] = []
         self.outcome = Outcome(verdict=Verdict.CONFIRMED)
         self.delay = 0.0
         self.least_period = 0.1
@@ -237,6 +238,9 @@ class FakeBridge:
 
     async def health(self) -> Health:
         return Health(started=1, lines=(), drives={}, sessions=())
+
+    def turned_away(self, what: str, wanted: Any, origin: Origin, outcome: Outcome) -> None:
+        self.turned.append((what, wanted, origin, outcome))
 
     async def acknowledge(self, alarm: str, origin: Origin) -> Outcome:
         return self.outcome

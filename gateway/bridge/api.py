@@ -13,7 +13,7 @@ import msgspec
 
 from gateway.tag import Event, Origin, Outcome, Role, Sample, Value, ValueType
 
-API_VERSION = 2
+API_VERSION = 3
 """Raised at each change that an adapter of another version could misunderstand."""
 
 DEFAULT_TTL = 5.0
@@ -338,6 +338,11 @@ class Bridge(Protocol):
         id: str = "",
     ) -> Outcome:
         """Carry out a command of the profile; as `write`."""
+        ...
+
+    def turned_away(self, what: str, wanted: Any, origin: Origin, outcome: Outcome) -> None:
+        """Put on record that an attempt was refused before it reached the core (``what`` as in
+        ``fan-1.run_forward``, ``wanted`` as far as it could be read). Returns at once, and never fails."""
         ...
 
     async def health(self) -> Health:

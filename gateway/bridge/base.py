@@ -25,6 +25,7 @@ from gateway.bridge.messages import (
     RunCommand,
     Samples,
     TraceIs,
+    TurnedAway,
     Watch,
     Welcome,
     WriteTag,
@@ -119,6 +120,10 @@ class MessageBridge(ABC):
     ) -> Outcome:
         reply = await self._call(RunCommand(self._next_id(), drive, name, args, origin, ttl, id))
         return _expect(reply, Done).outcome
+
+    def turned_away(self, what: str, wanted: Any, origin: Origin, outcome: Outcome) -> None:
+        if self._gone is None:
+            self.send(TurnedAway(0, what, wanted, origin, outcome))
 
     async def health(self) -> Health:
         return _expect(await self._call(AskHealth(self._next_id())), HealthIs).health

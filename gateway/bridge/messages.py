@@ -106,7 +106,17 @@ class AskTrace(msgspec.Struct, frozen=True, tag="ask_trace"):
     after: int
 
 
-Call = Watch | ReadTags | WriteTag | RunCommand | Acknowledge | AskHealth | AskDemand | AskTrace
+class TurnedAway(msgspec.Struct, frozen=True, tag="turned_away"):
+    """`Bridge.turned_away`; not answered."""
+
+    id: int
+    what: str
+    wanted: Any
+    origin: Origin
+    outcome: Outcome
+
+
+Call = Watch | ReadTags | WriteTag | RunCommand | TurnedAway | Acknowledge | AskHealth | AskDemand | AskTrace
 """What a client may ask once it has said hello."""
 
 Request = Hello | Call

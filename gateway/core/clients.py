@@ -40,6 +40,11 @@ class Clients:
         """The client of a session."""
         return self._clients.get(session)
 
+    def name(self, session: int) -> str:
+        """What a session calls itself."""
+        client = self._clients.get(session)
+        return client.name if client else ""
+
     def ceiling(self, session: int) -> Role:
         """The highest role that a session may claim for its users."""
         client = self._clients.get(session)

@@ -25,6 +25,7 @@ from gateway.bridge.messages import (
     RunCommand,
     Samples,
     TraceIs,
+    TurnedAway,
     Watch,
     WriteTag,
     Wrong,
@@ -63,6 +64,7 @@ from gateway.core.reads import Reads
 from gateway.core.requests import Writes
 from gateway.core.selected import SelectedReads
 from gateway.core.trail import Trail
+from gateway.core.turned import TurnedAways
 from gateway.core.watch import Watchkeeper
 from gateway.core.wear import WearGuard
 from gateway.line import interface as line_does
@@ -89,6 +91,7 @@ class Core:
         self.polling = Polling(self.drives, dict(site.rates), self._publish)
         self.clients = Clients(self.polling.demands, self._tell)
         self.trail = Trail(self._act)
+        self._turned_away = TurnedAways(self.trail)
         self.alarms = Alarms(lambda event: self.clients.tell_all(Happened(event)), self.trail.record)
         self.own = OwnTags(self.polling.demands, self.clients.publish)
         self.wear = WearGuard(site, self.drives, self.alarms, self.own, self.trail)
@@ -190,17 +193,7 @@ class Core:
     def _start(self, event: Started) -> None:
         """Take up what is remembered, and begin."""
         self._health.start(self._now)
-        about = self.catalogue
-        self.trail.start(
-            event,
-            {
-                "site": about.site,
-                "gateway": about.gateway,
-                "version": about.version,
-                "configuration": about.digest,
-                "writes": about.writes_enabled,
-            },
-        )
+        self.trail.start(event, self.catalogue)
         if event.broken:
             text = f"the journal was changed by somebody else: {event.broken}"
             self.alarms.raise_(GATEWAY, "journal_broken", text, self._now, once=True)
@@ -248,6 +241,8 @@ class Core:
                 self._writes.write(session, request, self._now)
             case RunCommand():
                 self._writes.command(session, request, self._now)
+            case TurnedAway():
+                self._turned_away.record(self.clients.name(session), request, self._now)
             case Acknowledge(id, alarm, origin):
                 ceiling = self.clients.ceiling(session)
                 outcome = self.alarms.acknowledge(alarm, origin, ceiling, self._now)

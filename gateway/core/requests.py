@@ -168,8 +168,7 @@ class Writes:
             self._runner.start(ask, procedure, now.mono)
 
     def _key(self, session: int, request: WriteTag | RunCommand) -> Key | None:
-        client = self._clients.get(session)
-        return (client.name if client else "", request.key) if request.key else None
+        return (self._clients.name(session), request.key) if request.key else None
 
     def _ask(
         self,

@@ -12,6 +12,7 @@ from typing import Any
 
 import msgspec
 
+from gateway.bridge.api import Catalogue
 from gateway.core.events import Record, Started
 from gateway.core.runs import NANO, Boot
 from gateway.tag import Instant
@@ -50,8 +51,8 @@ class Trail:
         """Tell somebody of every entry."""
         self._followers.append(follower)
 
-    def start(self, started: Started, facts: Facts) -> None:
-        """Put this start of the gateway on record, with ``facts`` about it."""
+    def start(self, started: Started, catalogue: Catalogue) -> None:
+        """Put this start of the gateway on record, and the configuration that is in force."""
         self._boot = started.boot
         self._lived = started.memory.runs.lived_until(started.boot, self._now) - self._now.mono
         self.record(
@@ -62,7 +63,11 @@ class Trail:
                 "ended": started.memory.runs.ended,
                 "broken": started.broken,
                 "cut": started.cut,
-                **facts,
+                "site": catalogue.site,
+                "gateway": catalogue.gateway,
+                "version": catalogue.version,
+                "configuration": catalogue.digest,
+                "writes": catalogue.writes_enabled,
             }
         )
 

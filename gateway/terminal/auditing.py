@@ -134,6 +134,13 @@ def _value(value: Any) -> str:
     return "?" if value is None else f"{value:g}" if isinstance(value, float) else str(value)
 
 
+def _turned(entry: Entry) -> str:
+    more = f" ({entry['passed_over']} more before it)" if "passed_over" in entry else ""
+    wanted, outcome, by = _value(entry["wanted"]), entry["outcome"], entry["by"]
+    way = f"{by['who']} ({', '.join(filter(None, (by['through'], by.get('address', ''))))})"
+    return f"{entry['what']} = {wanted} by {way}: turned away: {outcome['reason']}{more}"
+
+
 def _boot(entry: Entry) -> str:
     before = "" if entry["ended"] else "; the run before did not end in good order"
     cut = f"; {entry['cut']} bytes of a half-written line were cut off" if entry["cut"] else ""
@@ -161,6 +168,7 @@ _WORDS: Mapping[str, Callable[[Entry], str]] = {
     "intent": _intent,
     "outcome": _outcome,
     "late outcome": _late,
+    "turned away": _turned,
     "unsent": lambda entry: f"#{entry['ask']}: frame {entry['frame']} was not sent after all",
     "boot": _boot,
     "end": lambda entry: "the gateway ends",

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gateway.bridge.messages import AskHealth, HealthIs
+from gateway.bridge.messages import AskHealth, HealthIs, TurnedAway
 from gateway.core.events import Asked, Ticked
-from gateway.tag import Cause, Instant, Origin, Quality, Role, Verdict
+from gateway.tag import Cause, Instant, Origin, Outcome, Quality, Role, Verdict
 from tests.core.world import ENGINEER, OPERATOR, World, site_of
 
 WRITES = {0x05, 0x06, 0x0F, 0x10}
@@ -218,3 +218,31 @@ def test_h22_a_clock_that_is_led_slowly_is_no_jump() -> None:
     for second in range(1, 200):
         world.core.step(Ticked(), Instant(float(second), round(second * 1.4 * 10**9)))
     assert jumps(world) == []
+
+
+def turned(world: World) -> list[dict[str, Any]]:
+    return [entry for entry in world.journal if entry["kind"] == "turned away"]
+
+
+def test_r1_what_an_adapter_turned_away_is_on_record() -> None:
+    world = World()
+    outcome = Outcome(verdict=Verdict.REFUSED, cause=Cause.RETAINED, reason="retained")
+    world.feed(Asked(world.session, TurnedAway(0, "fan-1.run_forward", "{" * 5000, OPERATOR, outcome)))
+    [entry] = turned(world)
+    assert (entry["what"], entry["by"]["who"], entry["client"]) == ("fan-1.run_forward", "otto", "test")
+    assert entry["outcome"] == {"verdict": "refused", "cause": "retained", "reason": "retained"}
+    assert len(entry["wanted"]) == 200
+
+
+def test_d2_a_flood_of_them_does_not_wash_everything_else_out_of_the_journal() -> None:
+    world = World()
+    flood, other = world.join("flood"), world.join("other")
+    outcome = Outcome(verdict=Verdict.REFUSED, cause=Cause.MALFORMED, reason="malformed")
+    attempt = TurnedAway(0, "fan-1.stop", None, OPERATOR, outcome)
+    for _ in range(10_000):
+        world.feed(Asked(flood, attempt))
+    world.feed(Asked(other, attempt))
+    assert len(turned(world)) == 201, "200 of the flood, and the other one"
+    world.run(1.0)
+    world.feed(Asked(flood, attempt))
+    assert turned(world)[-1]["passed_over"] == 9_800

@@ -153,3 +153,25 @@ async def test_an_unwritable_point_is_for_the_core_to_refuse(bench: Bench) -> No
     bench.send("running", {"id": 1, "v": True, "epoch": EPOCH})
     await bench.answers()
     assert bench.bridge.writes[0][0] == "fan-1.running"
+
+
+@pytest.mark.parametrize(
+    ("document", "more", "cause"),
+    [
+        ({"id": 1, "v": 30.0, "epoch": EPOCH, "by": "ann"}, {"retain": True}, "retained"),
+        ({"id": 1, "v": 30.0, "epoch": "f" * 16, "by": "ann"}, {}, "wrong_epoch"),
+        ({"id": 1, "v": 30.0, "by": "ann", "exp": "2001-01-01T00:00:00Z"}, {}, "expired"),
+        ({"id": 1, "value": 30.0, "by": "ann"}, {}, "malformed"),
+    ],
+)
+async def test_r1_what_a_rule_here_does_not_let_pass_is_on_record_too(
+    bench: Bench, document: dict[str, object], more: dict[str, Any], cause: str
+) -> None:
+    bench.send("frequency_command", document, **more)
+    *_, (_, answer) = await bench.answers()
+    assert answer["cause"] == cause
+    [(what, wanted, origin, outcome)] = bench.bridge.turned
+    assert (what, outcome.cause) == ("fan-1.frequency_command", cause)
+    assert "30.0" in wanted
+    assert (origin.through, origin.authenticated) == ("mqtt", False)
+    assert bench.bridge.writes == []

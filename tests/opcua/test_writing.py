@@ -138,6 +138,8 @@ async def test_anonymous_clients_never_write_or_call(gateway: Running) -> None:
         assert await code_of_write(client, COMMAND, double(1.0)) == "BadUserAccessDenied"
         with pytest.raises(ua.uaerrors.BadUserAccessDenied):
             await node(client, "fan-1/MethodSet").call_method("2:stop")
+    turned = [(what, outcome.cause) for what, _, _, outcome in gateway.bridge.turned[-2:]]
+    assert turned == [(COMMAND, Cause.NO_RIGHTS), ("fan-1.stop", Cause.NO_RIGHTS)], "R1: on record too"
     assert gateway.bridge.writes == []
     assert gateway.bridge.commands == []
 

@@ -15,9 +15,12 @@ from gateway.northbound.mqtt.outbox import Outbox
 from gateway.northbound.mqtt.request import RejectedError, lenient_id, refused
 from gateway.northbound.mqtt.runner import LIMIT, Runner
 from gateway.northbound.mqtt.topics import Target, Topics
-from gateway.tag import Cause, Instant, Outcome
+from gateway.tag import Cause, Instant, Outcome, tag_of
 
 RETAINED = "retained: a command is meant once, now (publish it without retain, and clear the topic)"
+
+SHOWN = 1000
+"""Bytes of a payload that are shown in the journal at most."""
 
 log = logging.getLogger(__name__)
 
@@ -66,6 +69,8 @@ class Commander:
         try:
             order = self._read(target, incoming)
         except RejectedError as error:
+            what, by = tag_of(target.drive, target.name or target.place), lenient_id(incoming.payload)[1]
+            self._runner.turn_away(what, _shown(incoming.payload), by, error.outcome)
             self._answer(self._reply(target, error.id, incoming), error.outcome)
             return
         self._begin(order, self._reply(target, order.id, incoming))
@@ -93,7 +98,9 @@ class Commander:
         name = target.name or target.place
         event = payload.command_refused(name, Cause.RETAINED, RETAINED, by, incoming.arrived.wall)
         self._outbox.put(Message(self._topics.event(target.drive), event, Lane.ANSWER))
-        self._answer(self._reply(target, id, incoming), refused(Cause.RETAINED, RETAINED))
+        outcome = refused(Cause.RETAINED, RETAINED)
+        self._runner.turn_away(tag_of(target.drive, name), _shown(incoming.payload), by, outcome)
+        self._answer(self._reply(target, id, incoming), outcome)
 
     def _begin(self, order: Order, reply: Reply) -> None:
         if order.is_stop:
@@ -101,9 +108,9 @@ class Commander:
         elif (first := self._once.find(order.key, self._clock().mono)) is not None:
             self._repeat(first, order, replace(reply, repeated=True))
         elif self.closing:
-            self._answer(reply, refused(Cause.SHUTTING_DOWN, "the gateway is being stopped"))
+            self._refuse(order, reply, Cause.SHUTTING_DOWN, "the gateway is being stopped")
         elif self._runner.full:
-            self._answer(reply, refused(Cause.OVERFLOW, f"{LIMIT} commands are under way already"))
+            self._refuse(order, reply, Cause.OVERFLOW, f"{LIMIT} commands are under way already")
         else:
             self._start(order, reply)
 
@@ -122,11 +129,16 @@ class Commander:
         id cannot be told from a mistake."""
         if first.content != order.fingerprint:
             reason = "this id was used a moment ago for something else (give each command its own)"
-            self._answer(replace(reply, repeated=False), refused(Cause.DUPLICATE, reason))
+            self._refuse(order, replace(reply, repeated=False), Cause.DUPLICATE, reason)
         elif first.outcome is not None:
             self._answer(reply, first.outcome)
         elif not first.wait(reply):
-            self._answer(reply, refused(Cause.OVERFLOW, "repeated too often before its answer was there"))
+            self._refuse(order, reply, Cause.OVERFLOW, "repeated too often before its answer was there")
+
+    def _refuse(self, order: Order, reply: Reply, cause: Cause, reason: str) -> None:
+        outcome = refused(cause, reason)
+        self._runner.turn_away(tag_of(order.drive, order.name), order.content, order.by, outcome)
+        self._answer(reply, outcome)
 
     def _reply(self, target: Target, id: str | int | None, incoming: Incoming) -> Reply:
         topics = [self._topics.ack(target)]
@@ -138,3 +150,8 @@ class Commander:
         answer = payload.outcome(reply.id, outcome, self._clock().wall, reply.repeated)
         for topic in reply.topics:
             self._outbox.put(Message(topic, answer, Lane.ANSWER, reply.correlation))
+
+
+def _shown(payload: bytes) -> str:
+    """A payload for the journal, which keeps the beginning of it."""
+    return payload[:SHOWN].decode("utf-8", "replace")

@@ -63,6 +63,10 @@ class Runner:
             older[1](SUPERSEDED)
         self._next_stop[order.drive] = (order, done)
 
+    def turn_away(self, what: str, wanted: object, by: str, outcome: Outcome) -> None:
+        """Have the core put on record what a rule of this adapter did not let pass."""
+        self._bridge.turned_away(what, wanted, self._origin(by), outcome)
+
     async def finish(self, seconds: float) -> None:
         """Give what is under way so many seconds; what remains is told to be unknown."""
         with contextlib.suppress(TimeoutError):
@@ -94,15 +98,16 @@ class Runner:
             return Outcome(verdict=Verdict.UNKNOWN, cause=Cause.NO_ANSWER, reason=reason)
 
     async def _ask(self, order: Order) -> Outcome:
-        origin = Origin(
-            through="mqtt", who=order.by, role=self._role, address=self._address, authenticated=False
-        )
+        origin = self._origin(order.by)
         if (args := order.args) is not None:
             return await self._bridge.command(
                 order.drive, order.name, args, origin, order.ttl, order.bridge_id
             )
         tag = tag_of(order.drive, order.name)
         return await self._bridge.write(tag, order.value, origin, order.ttl, order.bridge_id)
+
+    def _origin(self, by: str) -> Origin:
+        return Origin(through="mqtt", who=by, role=self._role, address=self._address, authenticated=False)
 
 
 def _outcome(task: asyncio.Task[Outcome]) -> Outcome:

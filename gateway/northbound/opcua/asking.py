@@ -1,7 +1,7 @@
 """Writes and method calls: asked of the core, answered with their true outcome.
 
-The core is the only judge: whatever an authenticated client asks and can be understood goes there, so
-that refusals too are in its journal. Only anonymous clients are turned away at once.
+The core is the only judge: whatever an authenticated client asks and can be understood goes there. Anonymous
+clients, and what makes no sense in OPC UA's own terms, are turned away at once; the journal has them too.
 """
 
 from __future__ import annotations
@@ -18,7 +18,17 @@ from gateway.northbound.opcua import plain
 from gateway.northbound.opcua.given import is_taken, value_of
 from gateway.northbound.opcua.model import MethodNode, Model, TagNode, variant_type
 from gateway.northbound.opcua.status import outcome_status
-from gateway.tag import Cause, Origin, Outcome, Verdict
+from gateway.tag import Cause, Origin, Outcome, Verdict, tag_of
+
+SHOWN = 200
+"""Characters of a value that are shown in the journal at most."""
+
+_CAUSES = {
+    ua.StatusCodes.BadUserAccessDenied: Cause.NO_RIGHTS,
+    ua.StatusCodes.BadNotWritable: Cause.NOT_WRITABLE,
+    ua.StatusCodes.BadTypeMismatch: Cause.WRONG_TYPE,
+    ua.StatusCodes.BadWriteNotSupported: Cause.MALFORMED,
+}
 
 _log = structlog.get_logger(__name__)
 
@@ -35,11 +45,13 @@ class Asker:
         """Write one value. Good means that the drive was seen to hold it."""
         node = self._model.tags.get(wanted.NodeId)
         objection = _write_objection(wanted, node)
-        if objection is not None or node is None:
+        if node is None:
             return plain.status(objection or ua.StatusCodes.BadNotWritable)
         if not origin.authenticated:
-            _log.warning("anonymous write refused", tag=node.tag, address=origin.address)
-            return plain.status(ua.StatusCodes.BadUserAccessDenied)
+            objection = ua.StatusCodes.BadUserAccessDenied
+        if objection is not None:
+            self._turn_away(node.tag, wanted.Value.Value, origin, objection)
+            return plain.status(objection)
         asked = self._bridge.write(node.tag, value_of(wanted.Value.Value), origin, _ttl(patience))
         return outcome_status(await self._outcome(asked, patience, node.tag))
 
@@ -52,15 +64,24 @@ class Asker:
             return _call_refused(ua.StatusCodes.BadMethodInvalid)
         given = list(wanted.InputArguments or [])
         objection = _call_objection(method, given)
-        if objection is not None:
-            return objection
         if not origin.authenticated:
-            _log.warning("anonymous call refused", drive=method.drive, address=origin.address)
-            return _call_refused(ua.StatusCodes.BadUserAccessDenied)
+            objection = _call_refused(ua.StatusCodes.BadUserAccessDenied)
+        if objection is not None:
+            what = tag_of(method.drive, method.command.name)
+            self._turn_away(what, [value.Value for value in given], origin, objection.StatusCode.value)
+            return objection
         args = {arg.name: value_of(value) for arg, value in zip(method.command.args, given, strict=True)}
         asked = self._bridge.command(method.drive, method.command.name, args, origin, _ttl(patience))
         outcome = await self._outcome(asked, patience, f"{method.drive}.{method.command.name}")
         return _call_done(outcome, len(given))
+
+    def _turn_away(self, what: str, wanted: Any, origin: Origin, code: int) -> None:
+        """Have the core put on record what does not get as far as it."""
+        cause = _CAUSES.get(code, Cause.WRONG_ARGUMENTS)
+        shown = wanted.Value if isinstance(wanted, ua.Variant) else wanted
+        plain_value = shown if isinstance(shown, bool | int | float | None) else str(shown)[:SHOWN]
+        outcome = Outcome(verdict=Verdict.REFUSED, cause=cause, reason=plain.status(code).name)
+        self._bridge.turned_away(what, plain_value, origin, outcome)
 
     async def _outcome(self, asked: Awaitable[Outcome], patience: float | None, what: str) -> Outcome:
         """The outcome; when the client's patience ends first, ``unknown``, and the late outcome is logged.

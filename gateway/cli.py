@@ -15,6 +15,8 @@ from gateway.commands import (
     demo,
     explain,
     health,
+    lease,
+    maintenance,
     plan,
     profiles,
     read,
@@ -67,6 +69,6 @@ def _panel(title: str, *modules: object) -> None:
 
 
 _panel("Run", demo, run, simulate)
-_panel("Look and act", read, watch, write, command, trace, audit, health, acknowledge)
+_panel("Look and act", read, watch, write, command, lease, maintenance, trace, audit, health, acknowledge)
 _panel("Prepare", check, scan, plan, profiles, explain, schema)
 app.add_typer(users.app, name="users", rich_help_panel="Prepare")

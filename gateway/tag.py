@@ -135,6 +135,13 @@ class Cause(StrEnum):
     PRECONDITION = "precondition"
     DANGER = "danger"
     LEASE = "lease"
+    """Somebody else holds the lease of the drive, or it must be acquired first."""
+    MAINTENANCE = "maintenance"
+    """The drive is in maintenance: only a stop is let through."""
+    STEP = "step"
+    """The value differs more from the present one than one write may change."""
+    TOO_SOON = "too_soon"
+    """Its turn comes after its time to live: the point, or a drive of the same group, was written before."""
     RETAINED = "retained"
     EXPIRED = "expired"
     WRONG_EPOCH = "wrong_epoch"
@@ -202,6 +209,8 @@ class Origin(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     session: str = ""
     address: str = ""
     authenticated: bool = True
+    together: int = 1
+    """How many writes came in the same request."""
 
 
 class Event(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):

@@ -12,8 +12,10 @@ from gateway.bridge.api import (
     Batch,
     Catalogue,
     CommandInfo,
+    ControlState,
     DriveInfo,
     Health,
+    LeaseAct,
     OwnerInfo,
     PointInfo,
     TracePage,
@@ -122,6 +124,8 @@ def small_catalogue(drive: str = "fan-1") -> Catalogue:
             rate="normal",
             help="Requests without any reply",
         ),
+        PointInfo(name="_locked", group="lease", kind=DIAGNOSTIC, type=ValueType.BOOLEAN, rate="normal"),
+        PointInfo(name="_lease_holder", group="lease", kind=DIAGNOSTIC, type=ValueType.TEXT, rate="normal"),
     )
     frequency = ArgumentInfo(
         name="frequency", point="frequency_command", type=ValueType.NUMBER, unit="Hz", low=0.0, high=60.0
@@ -183,6 +187,11 @@ class FakeBridge:
         self.writes: list[tuple[str, Value, Origin, float, str]] = []
         self.commands: list[tuple[str, str, dict[str, Value], Origin, float, str]] = []
         self.turned: list[tuple[str, Any, Origin, Outcome]] = []
+        self.confirmed: list[str] = []
+        """What was confirmed, of each write and command in order."""
+        self.leases: list[tuple[str, LeaseAct, Origin, str]] = []
+        self.departed: list[tuple[Origin, bool]] = []
+        self.maintained: list[tuple[str, bool, Origin, str]] = []
         self.outcome = Outcome(verdict=Verdict.CONFIRMED)
         self.delay = 0.0
         self.least_period = 0.1
@@ -224,16 +233,48 @@ class FakeBridge:
     async def read(self, tags: Sequence[str], max_age: float = 0.0) -> Sequence[Sample]:
         return [self.samples.get(t, Sample(t, None, Quality.WAITING, 1, reason="no value yet")) for t in tags]
 
-    async def write(self, tag: str, value: Value, origin: Origin, ttl: float = 5.0, id: str = "") -> Outcome:
+    async def write(
+        self,
+        tag: str,
+        value: Value,
+        origin: Origin,
+        ttl: float = 5.0,
+        id: str = "",
+        confirm: str = "",
+    ) -> Outcome:
+        self.confirmed.append(confirm)
         self.writes.append((tag, value, origin, ttl, id))
         await asyncio.sleep(self.delay)
         return self.outcome
 
     async def command(
-        self, drive: str, name: str, args: Mapping[str, Value], origin: Origin, ttl: float = 5.0, id: str = ""
+        self,
+        drive: str,
+        name: str,
+        args: Mapping[str, Value],
+        origin: Origin,
+        ttl: float = 5.0,
+        id: str = "",
+        confirm: str = "",
     ) -> Outcome:
+        self.confirmed.append(confirm)
         self.commands.append((drive, name, dict(args), origin, ttl, id))
         await asyncio.sleep(self.delay)
+        return self.outcome
+
+    async def lease(self, drive: str, act: LeaseAct, origin: Origin, whom: str = "") -> Outcome:
+        self.leases.append((drive, act, origin, whom))
+        return self.outcome
+
+    async def gone(self, origin: Origin, may_return: bool) -> Outcome:
+        self.departed.append((origin, may_return))
+        return self.outcome
+
+    async def controls(self) -> Sequence[ControlState]:
+        return [ControlState(drive=drive.name) for drive in self.catalogue.drives]
+
+    async def maintain(self, drive: str, on: bool, origin: Origin, reason: str = "") -> Outcome:
+        self.maintained.append((drive, on, origin, reason))
         return self.outcome
 
     async def health(self) -> Health:

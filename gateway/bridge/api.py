@@ -11,6 +11,9 @@ from typing import Any, Protocol
 
 import msgspec
 
+from gateway.bridge.commanding import ControlInfo as ControlInfo  # noqa: PLC0414
+from gateway.bridge.commanding import ControlState as ControlState  # noqa: PLC0414
+from gateway.bridge.commanding import LeaseAct as LeaseAct  # noqa: PLC0414
 from gateway.tag import Event, Origin, Outcome, Role, Sample, Value, ValueType
 
 API_VERSION = 3
@@ -108,6 +111,7 @@ class DriveInfo(OwnerInfo, frozen=True, kw_only=True, omit_defaults=True):
     maker: str
     model: str
     commands: tuple[CommandInfo, ...] = ()
+    control: ControlInfo = ControlInfo()
 
 
 class Catalogue(msgspec.Struct, frozen=True, kw_only=True):
@@ -167,7 +171,7 @@ class Replaced(msgspec.Struct, frozen=True, tag="replaced"):
     generation: int
 
 
-Update = Batch | Periods | DriveState | Happened | Replaced
+Update = Batch | Periods | DriveState | ControlState | Happened | Replaced
 
 
 class LineHealth(msgspec.Struct, frozen=True, kw_only=True):
@@ -319,12 +323,19 @@ class Bridge(Protocol):
         ...
 
     async def write(
-        self, tag: str, value: Value, origin: Origin, ttl: float = DEFAULT_TTL, id: str = ""
+        self,
+        tag: str,
+        value: Value,
+        origin: Origin,
+        ttl: float = DEFAULT_TTL,
+        id: str = "",
+        confirm: str = "",
     ) -> Outcome:
         """Write one value (engineering unit; enumerations by number or name) and tell its true outcome.
 
         ``id`` makes the write at-most-once per ``origin.through``: a second one with the same id gets
-        the first one's outcome.
+        the first one's outcome. ``confirm`` names the harm that the value does, as the profile's ``danger``
+        words it; without that it is refused.
         """
         ...
 
@@ -336,6 +347,7 @@ class Bridge(Protocol):
         origin: Origin,
         ttl: float = DEFAULT_TTL,
         id: str = "",
+        confirm: str = "",
     ) -> Outcome:
         """Carry out a command of the profile; as `write`."""
         ...
@@ -343,6 +355,23 @@ class Bridge(Protocol):
     def turned_away(self, what: str, wanted: Any, origin: Origin, outcome: Outcome) -> None:
         """Put on record that an attempt was refused before it reached the core (``what`` as in
         ``fan-1.run_forward``, ``wanted`` as far as it could be read). Returns at once, and never fails."""
+        ...
+
+    async def lease(self, drive: str, act: LeaseAct, origin: Origin, whom: str = "") -> Outcome:
+        """Acquire, renew, release or take the lease of a drive. ``whom``: take it from him only."""
+        ...
+
+    async def gone(self, origin: Origin, may_return: bool) -> Outcome:
+        """A client of this adapter is gone: its session ended, and with it all its leases; or its connection
+        broke, and it may return within the ttl of each."""
+        ...
+
+    async def controls(self) -> Sequence[ControlState]:
+        """Who may command each drive now."""
+        ...
+
+    async def maintain(self, drive: str, on: bool, origin: Origin, reason: str = "") -> Outcome:
+        """Switch a drive into maintenance, in which only a stop is let through, or out of it."""
         ...
 
     async def health(self) -> Health:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import deque
 
-from gateway.bridge.api import Batch, DriveState, Happened, Periods, Replaced, Update
+from gateway.bridge.api import Batch, ControlState, DriveState, Happened, Periods, Replaced, Update
 from gateway.tag import Sample
 
 MAX_BATCHES = 64
@@ -25,6 +25,7 @@ class Backlog:
     def __init__(self) -> None:
         self._batches: deque[Batch] = deque()
         self._drives: dict[str, DriveState] = {}
+        self._controls: dict[str, ControlState] = {}
         self._periods: dict[str, float] = {}
         self._events: deque[Happened] = deque(maxlen=MAX_EVENTS)
         self._replaced: Replaced | None = None
@@ -38,6 +39,8 @@ class Backlog:
                     self._batches = deque([_fold(self._batches)])
             case DriveState():
                 self._drives[update.drive] = update
+            case ControlState():
+                self._controls[update.drive] = update
             case Periods():
                 self._periods.update(update.periods)
             case Happened():
@@ -56,6 +59,8 @@ class Backlog:
             return replaced
         if self._drives:
             return self._drives.pop(next(iter(self._drives)))
+        if self._controls:
+            return self._controls.pop(next(iter(self._controls)))
         if self._periods:
             periods, self._periods = self._periods, {}
             return Periods(periods)

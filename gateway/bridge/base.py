@@ -7,17 +7,32 @@ from abc import ABC, abstractmethod
 from collections.abc import AsyncIterator, Mapping, Sequence
 from typing import Any, TypeVar
 
-from gateway.bridge.api import DEFAULT_TTL, BridgeError, Catalogue, Demand, Health, TracePage, Update
+from gateway.bridge.api import (
+    DEFAULT_TTL,
+    BridgeError,
+    Catalogue,
+    ControlState,
+    Demand,
+    Health,
+    LeaseAct,
+    TracePage,
+    Update,
+)
 from gateway.bridge.backlog import Backlog
 from gateway.bridge.messages import (
     Acknowledge,
+    AskControls,
     AskDemand,
     AskHealth,
     AskTrace,
     Call,
+    ClientGone,
+    ControlsAre,
     DemandIs,
+    DoLease,
     Done,
     HealthIs,
+    Maintain,
     Promised,
     ReadTags,
     Reply,
@@ -104,9 +119,15 @@ class MessageBridge(ABC):
         return _expect(reply, Samples).samples
 
     async def write(
-        self, tag: str, value: Value, origin: Origin, ttl: float = DEFAULT_TTL, id: str = ""
+        self,
+        tag: str,
+        value: Value,
+        origin: Origin,
+        ttl: float = DEFAULT_TTL,
+        id: str = "",
+        confirm: str = "",
     ) -> Outcome:
-        reply = await self._call(WriteTag(self._next_id(), tag, value, origin, ttl, id))
+        reply = await self._call(WriteTag(self._next_id(), tag, value, origin, ttl, id, confirm))
         return _expect(reply, Done).outcome
 
     async def command(
@@ -117,8 +138,24 @@ class MessageBridge(ABC):
         origin: Origin,
         ttl: float = DEFAULT_TTL,
         id: str = "",
+        confirm: str = "",
     ) -> Outcome:
-        reply = await self._call(RunCommand(self._next_id(), drive, name, args, origin, ttl, id))
+        reply = await self._call(RunCommand(self._next_id(), drive, name, args, origin, ttl, id, confirm))
+        return _expect(reply, Done).outcome
+
+    async def lease(self, drive: str, act: LeaseAct, origin: Origin, whom: str = "") -> Outcome:
+        reply = await self._call(DoLease(self._next_id(), drive, act, origin, whom))
+        return _expect(reply, Done).outcome
+
+    async def gone(self, origin: Origin, may_return: bool) -> Outcome:
+        reply = await self._call(ClientGone(self._next_id(), origin, may_return))
+        return _expect(reply, Done).outcome
+
+    async def controls(self) -> Sequence[ControlState]:
+        return _expect(await self._call(AskControls(self._next_id())), ControlsAre).states
+
+    async def maintain(self, drive: str, on: bool, origin: Origin, reason: str = "") -> Outcome:
+        reply = await self._call(Maintain(self._next_id(), drive, on, origin, reason))
         return _expect(reply, Done).outcome
 
     def turned_away(self, what: str, wanted: Any, origin: Origin, outcome: Outcome) -> None:

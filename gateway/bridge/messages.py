@@ -16,10 +16,12 @@ from gateway.bridge.api import (
     Batch,
     BridgeError,
     Catalogue,
+    ControlState,
     Demand,
     DriveState,
     Happened,
     Health,
+    LeaseAct,
     Periods,
     Replaced,
     TracePage,
@@ -63,6 +65,7 @@ class WriteTag(msgspec.Struct, frozen=True, tag="write"):
     origin: Origin
     ttl: float
     key: str
+    confirm: str = ""
 
 
 class RunCommand(msgspec.Struct, frozen=True, tag="command"):
@@ -75,6 +78,41 @@ class RunCommand(msgspec.Struct, frozen=True, tag="command"):
     origin: Origin
     ttl: float
     key: str
+    confirm: str = ""
+
+
+class DoLease(msgspec.Struct, frozen=True, tag="lease"):
+    """`Bridge.lease`; answered by `Done`."""
+
+    id: int
+    drive: str
+    act: LeaseAct
+    origin: Origin
+    whom: str
+
+
+class ClientGone(msgspec.Struct, frozen=True, tag="client_gone"):
+    """`Bridge.gone`; answered by `Done`."""
+
+    id: int
+    origin: Origin
+    may_return: bool
+
+
+class Maintain(msgspec.Struct, frozen=True, tag="maintain"):
+    """`Bridge.maintain`; answered by `Done`."""
+
+    id: int
+    drive: str
+    on: bool
+    origin: Origin
+    reason: str
+
+
+class AskControls(msgspec.Struct, frozen=True, tag="ask_controls"):
+    """`Bridge.controls`; answered by `ControlsAre`."""
+
+    id: int
 
 
 class AskHealth(msgspec.Struct, frozen=True, tag="ask_health"):
@@ -116,7 +154,9 @@ class TurnedAway(msgspec.Struct, frozen=True, tag="turned_away"):
     outcome: Outcome
 
 
-Call = Watch | ReadTags | WriteTag | RunCommand | TurnedAway | Acknowledge | AskHealth | AskDemand | AskTrace
+Look = Watch | ReadTags | AskControls | AskHealth | AskDemand | AskTrace
+Act = WriteTag | RunCommand | TurnedAway | DoLease | ClientGone | Maintain | Acknowledge
+Call = Look | Act
 """What a client may ask once it has said hello."""
 
 Request = Hello | Call
@@ -158,6 +198,13 @@ class HealthIs(msgspec.Struct, frozen=True, tag="health"):
     health: Health
 
 
+class ControlsAre(msgspec.Struct, frozen=True, tag="controls"):
+    """Answer to `AskControls`, a state for each drive."""
+
+    id: int
+    states: tuple[ControlState, ...]
+
+
 class DemandIs(msgspec.Struct, frozen=True, tag="demand"):
     """Answer to `AskDemand`."""
 
@@ -179,8 +226,8 @@ class Wrong(msgspec.Struct, frozen=True, tag="wrong"):
     reason: str
 
 
-Reply = Promised | Samples | Done | HealthIs | DemandIs | TraceIs | Wrong
-Response = Welcome | Reply | Batch | Periods | DriveState | Happened | Replaced
+Reply = Promised | Samples | Done | ControlsAre | HealthIs | DemandIs | TraceIs | Wrong
+Response = Welcome | Reply | Batch | Periods | DriveState | ControlState | Happened | Replaced
 
 _encoder = msgspec.msgpack.Encoder()
 _requests: msgspec.msgpack.Decoder[Request] = msgspec.msgpack.Decoder(Request)

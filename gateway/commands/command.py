@@ -8,10 +8,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gateway.terminal.options import AsJson, SiteFile, TimeToLive
+from gateway.terminal.options import AsJson, Confirm, Hold, SiteFile, TimeToLive
 
 if TYPE_CHECKING:
+    from collections.abc import Awaitable
+
     from gateway.tag import Outcome
+
+STOP = "stop"
+"""Needs no lease."""
 
 EXAMPLES = """
 gateway command site.yaml fan-1 run_forward frequency=60
@@ -20,32 +25,53 @@ gateway command site.yaml fan-1 stop
 """
 
 
-def command(
+def command(  # noqa: PLR0913 - the options of the command line
     site: SiteFile,
     drive: Annotated[str, typer.Argument(metavar="DRIVE", help="The drive's name.")],
     name: Annotated[str, typer.Argument(metavar="NAME", help="The command's name.")],
     args: Annotated[list[str] | None, typer.Argument(metavar="ARG=VALUE")] = None,
     ttl: TimeToLive = 5.0,
+    confirm: Confirm = "",
+    hold: Hold = False,
     as_json: AsJson = False,
 ) -> None:
     """Carry out a command of a drive and print what became of it. Exit 1 unless it was confirmed.
 
-    gateway profiles NAME lists the commands that a drive has.
+    gateway profiles NAME lists the commands that a drive has. Where the drive needs a lease, the command
+    releases it when it is done: what was set running then ends as the site's on_expiry says, unless somebody
+    acquires the lease within its ttl. --hold stays instead.
     """
     from gateway.terminal.connect import run
-    from gateway.terminal.output import finish
 
-    asked = " ".join([drive, name, *(args or ())])
-    finish(asked, run(_command(site, drive, name, args or (), ttl)), as_json)
+    run(_command(site, drive, name, args or (), ttl, confirm, hold, as_json))
 
 
-async def _command(path: Path, drive: str, name: str, words: Sequence[str], ttl: float) -> Outcome:
+async def _command(  # noqa: PLR0913 - the options of the command line
+    path: Path,
+    drive: str,
+    name: str,
+    words: Sequence[str],
+    ttl: float,
+    confirm: str,
+    hold: bool,
+    as_json: bool,
+) -> None:
     from gateway.terminal.connect import local_origin, open_bridge
+    from gateway.terminal.leasing import Hand, finish_under
+    from gateway.terminal.output import finish
     from gateway.terminal.sites import load, refuse_absent
     from gateway.terminal.words import arguments, find_command, find_drive
 
     loaded = load(path)
     refuse_absent(loaded, drive, name)
     async with open_bridge(loaded) as bridge:
-        args = arguments(find_command(find_drive(bridge.catalogue, drive), name), words)
-        return await bridge.command(drive, name, args, local_origin(), ttl)
+        found, origin = find_drive(bridge.catalogue, drive), local_origin()
+        args = arguments(find_command(found, name), words)
+        asked = " ".join([drive, name, *words])
+
+        def work() -> Awaitable[Outcome]:
+            return bridge.command(drive, name, args, origin, ttl, confirm=confirm)
+
+        if name == STOP:
+            finish(asked, await work(), as_json)
+        await finish_under(Hand(bridge, found, origin), asked, work, hold, as_json)

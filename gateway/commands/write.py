@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from gateway.terminal.options import AsJson, SiteFile, TimeToLive
-
-if TYPE_CHECKING:
-    from gateway.tag import Outcome
+from gateway.terminal.options import AsJson, Confirm, Hold, SiteFile, TimeToLive
 
 EXAMPLES = """
 gateway write site.yaml fan-1.frequency_command=30
@@ -23,20 +20,25 @@ def write(
     site: SiteFile,
     assignment: Annotated[str, typer.Argument(metavar="TAG=VALUE", help="Enumerations by name or number.")],
     ttl: TimeToLive = 5.0,
+    confirm: Confirm = "",
+    hold: Hold = False,
     as_json: AsJson = False,
 ) -> None:
-    """Write one value and print what became of it. Exit 1 unless it was confirmed by reading back."""
+    """Write one value and print what became of it. Exit 1 unless it was confirmed by reading back.
+
+    As for gateway command, the lease of the drive is released when it is done; --hold stays instead.
+    """
     from gateway.terminal.connect import run
-    from gateway.terminal.output import finish
 
-    finish(assignment, run(_write(site, assignment, ttl)), as_json)
+    run(_write(site, assignment, ttl, confirm, hold, as_json))
 
 
-async def _write(path: Path, assignment: str, ttl: float) -> Outcome:
+async def _write(path: Path, assignment: str, ttl: float, confirm: str, hold: bool, as_json: bool) -> None:
     from gateway.tag import split_tag
     from gateway.terminal.connect import local_origin, open_bridge
+    from gateway.terminal.leasing import Hand, finish_under
     from gateway.terminal.sites import load, refuse_absent
-    from gateway.terminal.words import find_point, read_value, split
+    from gateway.terminal.words import find_drive, find_point, read_value, split
 
     tag, text = split(assignment)
     site = load(path)
@@ -44,4 +46,12 @@ async def _write(path: Path, assignment: str, ttl: float) -> Outcome:
     async with open_bridge(site) as bridge:
         point = find_point(bridge.catalogue, tag)
         value = read_value(text, point.type, point.values)
-        return await bridge.write(tag, value, local_origin(), ttl)
+        origin = local_origin()
+        hand = Hand(bridge, find_drive(bridge.catalogue, split_tag(tag)[0]), origin)
+        await finish_under(
+            hand,
+            assignment,
+            lambda: bridge.write(tag, value, origin, ttl, confirm=confirm),
+            hold,
+            as_json,
+        )

@@ -6,7 +6,15 @@ from fractions import Fraction
 
 import msgspec
 
-from gateway.bridge.api import ArgumentInfo, Catalogue, CommandInfo, DriveInfo, OwnerInfo, PointInfo
+from gateway.bridge.api import (
+    ArgumentInfo,
+    Catalogue,
+    CommandInfo,
+    ControlInfo,
+    DriveInfo,
+    OwnerInfo,
+    PointInfo,
+)
 from gateway.core.drive import Drive
 from gateway.core.meaning import is_fixed
 from gateway.core.own import OwnTags
@@ -74,6 +82,14 @@ def _drive_info(drive: Drive, own: OwnTags) -> DriveInfo:
             *_own_points(drive, own),
         ),
         commands=tuple(_command_info(drive, command) for command in profile.commands.values()),
+        control=_control_info(drive),
+    )
+
+
+def _control_info(drive: Drive) -> ControlInfo:
+    control = drive.config.control
+    return ControlInfo(
+        lease=control.lease, ttl=control.ttl, on_expiry=control.on_expiry or "", takeover=control.takeover
     )
 
 

@@ -12,10 +12,13 @@ from collections.abc import Collection, Mapping
 from gateway.bridge.api import Happened
 from gateway.bridge.messages import (
     Acknowledge,
+    Act,
+    AskControls,
     AskDemand,
     AskHealth,
     AskTrace,
     Call,
+    ControlsAre,
     DemandIs,
     Done,
     HealthIs,
@@ -31,8 +34,10 @@ from gateway.bridge.messages import (
     Wrong,
 )
 from gateway.core.alarms import Alarms
+from gateway.core.asks import Asks
 from gateway.core.catalogue import catalogue_of
 from gateway.core.clients import Clients
+from gateway.core.control import Control
 from gateway.core.demanded import demand_for
 from gateway.core.diagnostics import register
 from gateway.core.drive import Drive
@@ -95,9 +100,10 @@ class Core:
         self.alarms = Alarms(lambda event: self.clients.tell_all(Happened(event)), self.trail.record)
         self.own = OwnTags(self.polling.demands, self.clients.publish)
         self.wear = WearGuard(site, self.drives, self.alarms, self.own, self.trail)
-        writes = site.writes_enabled
+        self.control = Control(self.drives, self.clients, self.own, self.trail.record)
+        asks = Asks(site, self.drives, self.polling.store, self.control.permits, self.lines.up)
         self._writes = Writes(
-            writes, self.drives, self.polling, self.clients, self.lines, self.trail, self._replan
+            asks, self.polling, self.clients, self.lines, self.trail, self.control, self._replan
         )
         self._selected = SelectedReads(
             self.polling,
@@ -128,6 +134,8 @@ class Core:
         """Take in one event and return what is to be done, in order."""
         self._now = now
         self.trail.moment(now)
+        self.control.moment(now)
+        self._writes.moment(now)
         self._selected.moment(now)
         self._oversight.moment(now)
         self._handle(event)
@@ -144,6 +152,7 @@ class Core:
         """When a `Ticked` is next needed (monotonic)."""
         times = [
             self.lines.wake(),
+            self.control.wake(),
             self._writes.wake(),
             self._selected.wake(),
             self.polling.next_check(),
@@ -166,6 +175,7 @@ class Core:
                 self.lines.received(line, data, self._now.mono)
             case Ticked():
                 self.lines.tick(self._now.mono)
+                self.control.tick()
                 self._writes.tick(self._now)
                 self._selected.tick(self._now)
                 self.polling.check_ages(self._now)
@@ -198,7 +208,8 @@ class Core:
             text = f"the journal was changed by somebody else: {event.broken}"
             self.alarms.raise_(GATEWAY, "journal_broken", text, self._now, once=True)
         self.wear.restore(event.memory.wear)
-        self._writes.restore(event.memory)
+        self._writes.restore(event.memory, self._now)
+        self.control.restore(event.memory.agreed)
         self._gaps.restore(event.memory.gaps)
         self._replan(self._watchkeeper.start())
         self.lines.start(self._now.mono)
@@ -223,10 +234,12 @@ class Core:
     def _client(self, event: Joined | Left) -> None:
         if isinstance(event, Joined):
             self.clients.join(event.session, event.name, event.ceiling)
-            for state in self._watchkeeper.states():
+            states: list[Response] = [*self._watchkeeper.states(), *self.control.states()]
+            for state in states:
                 self.clients.tell(event.session, state)
         else:
             self.clients.leave(event.session)
+            self.control.left(event.session)
             self._replan(self.polling.demands.leave(event.session))
 
     def _asked(self, session: int, request: Call) -> None:
@@ -237,16 +250,8 @@ class Core:
                 self._reads.start(
                     tags, max_age, lambda samples: self.clients.tell(session, Samples(id, samples)), self._now
                 )
-            case WriteTag():
-                self._writes.write(session, request, self._now)
-            case RunCommand():
-                self._writes.command(session, request, self._now)
-            case TurnedAway():
-                self._turned_away.record(self.clients.name(session), request, self._now)
-            case Acknowledge(id, alarm, origin):
-                ceiling = self.clients.ceiling(session)
-                outcome = self.alarms.acknowledge(alarm, origin, ceiling, self._now)
-                self.clients.tell(session, Done(id, outcome))
+            case AskControls(id):
+                self.clients.tell(session, ControlsAre(id, tuple(self.control.states())))
             case AskHealth(id):
                 self.clients.tell(session, HealthIs(id, self._health.report(self._now)))
             case AskDemand(id, tag):
@@ -260,6 +265,21 @@ class Core:
                 page = self._health.trace(line, after, self._now)
                 reply = Wrong(id, f"there is no line {line}") if page is None else TraceIs(id, page)
                 self.clients.tell(session, reply)
+            case _:
+                self._asked_to_act(session, request)
+
+    def _asked_to_act(self, session: int, request: Act) -> None:
+        match request:
+            case WriteTag() | RunCommand():
+                self._writes.ask(session, request, self._now)
+            case TurnedAway():
+                self._turned_away.record(self.clients.name(session), request, self._now)
+            case Acknowledge(id, alarm, origin):
+                ceiling = self.clients.ceiling(session)
+                outcome = self.alarms.acknowledge(alarm, origin, ceiling, self._now)
+                self.clients.tell(session, Done(id, outcome))
+            case _:
+                self.control.asked(session, request)
 
     def _watch(self, session: int, id: int, wants: Mapping[str, float | None]) -> None:
         demands = self.polling.demands

@@ -7,10 +7,10 @@ from fractions import Fraction
 
 from gateway.core.expected import Expected
 from gateway.line.interface import UnitFacts
-from gateway.mapping.profile import Limits, Point, Profile, Table, Word
+from gateway.mapping.profile import FREELY, Limits, Pace, Point, Profile, Table, Word
 from gateway.mapping.site import DriveConfig
 from gateway.modbus.encoding import insert, to_words
-from gateway.tag import tag_of
+from gateway.tag import Origin, tag_of
 
 FUNCTION_LOOP_BACK = 0x08
 
@@ -39,6 +39,11 @@ class Drive:
         """Selectors and the raw values that they hold, as far as that is known."""
         self.worn: Callable[[Iterable[str]], str] = lambda names: ""
         """Why these points may not be written once more today (`gateway.core.wear`); "" if they may."""
+        self.setpoint: tuple[Origin, float] | None = None
+        """Who last wrote a setpoint that was read back, and when (monotonic); None when the drive may not
+        hold it any more."""
+        self.written: dict[str, float] = {}
+        """Per point, when a frame that writes it was last on the wire (monotonic)."""
         self.facts = unit_facts(config)
         self._blocks: dict[tuple[int, int], tuple[Point, ...]] = {}
         self._depth = depths(self.profile)
@@ -73,6 +78,10 @@ class Drive:
         if not ranges:
             return None
         return max(low for low, _ in ranges), min(high for _, high in ranges)
+
+    def pace(self, point: Point) -> Pace:
+        """How fast a point may be changed: as the profile says, narrowed by the site."""
+        return point.pace.within(self.config.limits.get(point.name, FREELY))
 
     def word(self, point: Point) -> Word | None:
         """The word that a field belongs to, None for a point that has its registers to itself."""
@@ -152,6 +161,7 @@ class Drive:
         self.image.clear()
         self.selection.clear()
         self.owed.clear()
+        self.setpoint = None
 
     def _shows(self, word: Word) -> bool:
         """What was written into a word can be read from it."""

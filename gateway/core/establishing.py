@@ -12,7 +12,7 @@ from typing import Any
 from gateway.core.conditions import holds, words_against
 from gateway.core.drive import Drive, depends_on
 from gateway.core.guard import Ended, raw_value, refuse
-from gateway.core.meaning import Meaningless, meaning_of
+from gateway.core.meaning import Meaning, Meaningless, meaning_of
 from gateway.core.procedure import (
     Ask,
     Effect,
@@ -86,10 +86,22 @@ def fresh_sample(
 def raw_now(
     drive: Drive, store: Store, point: Point, number: Fraction, name: str, now: float, negated: bool = False
 ) -> Generator[Effect, Any, int]:
-    """The raw value of a number by what the point means now, the deciding points read afresh.
+    """The raw value of a number by what the point means now.
 
     Raises:
         Ended: if it does not fit, or the point has no meaning now.
+    """
+    meaning = yield from meaning_now(drive, store, point, name, now)
+    return raw_value(drive, point, meaning, number, name, negated)
+
+
+def meaning_now(
+    drive: Drive, store: Store, point: Point, name: str, now: float
+) -> Generator[Effect, Any, Meaning]:
+    """What the point means now, the deciding points read afresh.
+
+    Raises:
+        Ended: if it has no meaning now.
     """
     for decider in depends_on(point):
         if decider not in drive.config.settings:
@@ -97,7 +109,7 @@ def raw_now(
     meaning = meaning_of(drive, store, point)
     if isinstance(meaning, Meaningless):
         raise refuse(Cause.PRECONDITION, f"{name} cannot be written: {meaning.reason}")
-    return raw_value(drive, point, meaning, number, name, negated)
+    return meaning
 
 
 def step_values(

@@ -8,19 +8,21 @@ profile and site, never the client's. Ids such as T2 refer to the hazard list in
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from gateway.core.drive import Drive
 from gateway.core.meaning import Meaning, is_fixed, meaning_of
 from gateway.core.store import Store
 from gateway.mapping.absent import why_absent
-from gateway.mapping.profile import Command, Encoding, Kind, Limits, Point
+from gateway.mapping.profile import Command, Constant, Encoding, Kind, Limits, Point
 from gateway.modbus.encoding import EncodingError, decode, encode, insert, to_words
 from gateway.tag import OWN, Cause, Origin, Outcome, Role, Value, ValueType, Verdict
 
 MESSAGE_LIMIT = 10**300
+RUN = "run"
+RUNNING = "running"
 
 
 class Ended(Exception):  # noqa: N818 - it ends a procedure; it is no programming error
@@ -45,8 +47,22 @@ def refuse(cause: Cause, reason: str) -> Ended:
     return Ended(Verdict.REFUSED, cause, reason)
 
 
-def check_rights(needed: Role | None, origin: Origin, ceiling: Role) -> None:
-    """E1: the role must cover what is asked, and no client may claim more than its way in allows.
+@dataclass(frozen=True, slots=True)
+class Consent:
+    """What stands for a value that does harm: the role of who asks, the words with which he confirms that he
+    knows what happens, and how many writes came in the same request."""
+
+    role: Role = Role.VIEWER
+    confirm: str = ""
+    together: int = 1
+
+
+NO_CONSENT = Consent()
+
+
+def check_rights(needed: Role | None, origin: Origin, ceiling: Role) -> Role:
+    """E1: the role must cover what is asked, and no client may claim more than its way in allows. The role
+    that counts.
 
     Raises:
         Ended: if it does not.
@@ -56,6 +72,7 @@ def check_rights(needed: Role | None, origin: Origin, ceiling: Role) -> None:
         raise refuse(
             Cause.NO_RIGHTS, f"{role.value} may not do this; it takes {needed.value if needed else 'more'}"
         )
+    return role
 
 
 def check_point(drive: Drive, name: str) -> Point:
@@ -79,26 +96,38 @@ def check_point(drive: Drive, name: str) -> Point:
     return point
 
 
-def check_command(
-    drive: Drive, store: Store, name: str, args: Mapping[str, Value]
-) -> tuple[Command, dict[str, Fraction]]:
-    """The command of that name, with its arguments checked as far as that needs no look at the drive.
+def check_command(drive: Drive, name: str) -> Command:
+    """The command of that name.
 
     Raises:
-        Ended: if there is no such command, or an argument is missing, unknown or wrong.
+        Ended: if there is none.
     """
     command = drive.profile.commands.get(name)
     if command is None:
         why = _because(drive, name) or f" (it has {', '.join(drive.profile.commands) or 'none'})"
         raise refuse(Cause.UNKNOWN_COMMAND, f"{drive.name} has no command {name}{why}")
+    return command
+
+
+def check_arguments(
+    drive: Drive, store: Store, command: Command, args: Mapping[str, Value], consent: Consent
+) -> dict[str, Fraction]:
+    """The exact numbers of a command's arguments, checked as far as that needs no look at the drive.
+
+    Raises:
+        Ended: if one is missing, unknown or wrong, or the command does harm.
+    """
+    name = command.name
     if set(args) != set(command.args):
         wanted = ", ".join(command.args) or "no arguments"
         raise refuse(Cause.WRONG_ARGUMENTS, f"{name} takes {wanted}; given: {', '.join(args) or 'none'}")
     numbers = {}
     for argument, point_name in command.args.items():
         point = drive.profile.points[point_name]
-        numbers[argument] = check_value(drive, store, point, args[argument], argument)
-    return command, numbers
+        numbers[argument] = check_value(drive, store, point, args[argument], argument, consent)
+    for point, raw in fixed_values(drive, command):
+        check_danger(point, raw, name, consent)
+    return numbers
 
 
 def _because(drive: Drive, name: str) -> str:
@@ -107,7 +136,18 @@ def _because(drive: Drive, name: str) -> str:
     return f": {reason}" if reason else ""
 
 
-def check_value(drive: Drive, store: Store, point: Point, value: Value, name: str) -> Fraction:
+def fixed_values(drive: Drive, command: Command) -> Iterator[tuple[Point, int]]:
+    """The points that a command always writes the same values to, and their raw values."""
+    for step in command.steps:
+        for name, value in step.write.items():
+            if isinstance(value, Constant):
+                point = drive.profile.points[name]
+                yield point, encode(point.encoding, value.value)
+
+
+def check_value(
+    drive: Drive, store: Store, point: Point, value: Value, name: str, consent: Consent
+) -> Fraction:
     """The exact number of a client's value, checked as far as that needs no look at the drive.
 
     Raises:
@@ -117,8 +157,25 @@ def check_value(drive: Drive, store: Store, point: Point, value: Value, name: st
     if is_fixed(drive, point):
         meaning = meaning_of(drive, store, replace(point, when=()))
         if isinstance(meaning, Meaning):
-            raw_value(drive, point, meaning, number, name)
+            check_danger(point, raw_value(drive, point, meaning, number, name), name, consent)
     return number
+
+
+def check_danger(point: Point, raw: int, name: str, consent: Consent) -> None:
+    """A value that does harm takes an admin who says that he knows what happens, and a request of its own.
+
+    Raises:
+        Ended: if anything of that is missing.
+    """
+    harm = point.danger.get(raw)
+    if harm is None:
+        return
+    if not consent.role.covers(Role.ADMIN):
+        raise refuse(Cause.DANGER, f"{name}: {harm}; only an admin may do that")
+    if consent.together > 1:
+        raise refuse(Cause.DANGER, f"{name}: {harm}; that takes a request of its own")
+    if consent.confirm.strip().casefold() != harm.casefold():
+        raise refuse(Cause.DANGER, f"{name}: {harm}; to do it, confirm with just these words: {harm}")
 
 
 def engineering(encoding: Encoding, name: str, value: Value) -> Fraction:
@@ -166,7 +223,7 @@ def raw_value(
     ``negated``: the profile turns the caller's sign, so the limits hold for the number before that.
 
     Raises:
-        Ended: if it is out of range, does not fit the register, or does harm.
+        Ended: if it is out of range or does not fit the register.
     """
     sign = -1 if negated else 1
     check_range(drive, point, meaning.limits, sign * number, name)
@@ -179,8 +236,6 @@ def raw_value(
     rounded = decode(encoding, words, meaning.times).value
     if not encoding.values and isinstance(rounded, (int, float)) and not isinstance(rounded, bool):
         check_range(drive, point, meaning.limits, sign * Fraction(str(rounded)), f"{name} after rounding")
-    if raw in point.danger:
-        raise refuse(Cause.DANGER, f"{name}: {point.danger[raw]}; this cannot be written from here")
     return raw
 
 
@@ -200,6 +255,14 @@ def check_range(drive: Drive, point: Point, limits: Limits | None, number: Fract
 def _shown(number: Fraction) -> str:
     """A number for a message; it may be far beyond what a float can hold."""
     return f"{float(number):g}" if abs(number) < MESSAGE_LIMIT else "a number beyond all bounds"
+
+
+def starts_motor(command: Command) -> bool:
+    """True for a command that sets the motor running: by its name, or by what proves it."""
+    if command.name == RUN or command.name.startswith(f"{RUN}_"):
+        return True
+    terms = [term for step in command.steps for term in step.until if term.name == RUNNING]
+    return any(low <= 1 <= high for term in terms for low, high in term.ranges)
 
 
 def is_setpoint(point: Point) -> bool:

@@ -17,6 +17,7 @@ from typing import Any
 import msgspec
 from msgspec import field
 
+from gateway.core.agreed import Agreed
 from gateway.core.attempts import Attempts
 from gateway.core.chain import SNAPSHOT, Entry
 from gateway.core.gaps import Gaps
@@ -31,6 +32,7 @@ class Memory(msgspec.Struct, kw_only=True):
     attempts: Attempts = field(default_factory=Attempts)
     wear: Wear = field(default_factory=Wear)
     gaps: Gaps = field(default_factory=Gaps)
+    agreed: Agreed = field(default_factory=Agreed)
 
     def fold(self, entry: Entry) -> str:
         """Take in one entry. A part that does not understand it passes it over; that is told in words."""

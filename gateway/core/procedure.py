@@ -11,9 +11,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from gateway.core.drive import Drive
+from gateway.core.guard import NO_CONSENT, Consent
 from gateway.line.interface import Priority, Read, Result, Silent, Write
 from gateway.mapping.profile import Condition
-from gateway.tag import Instant, Origin, Outcome
+from gateway.tag import Instant, Origin, Outcome, Role
 
 READ_AGAIN = 2
 """Times that a read without an answer is asked again."""
@@ -37,8 +38,22 @@ class Ask:
     to_zero: bool = False
     """It takes a setpoint to zero."""
     wanted: Any = field(default=None, hash=False)
+    session: int = 0
+    """The bridge session that it came through."""
+    needed: Role | None = None
+    """Least role for it; None: it is the core's own, which asks nobody."""
+    consent: Consent = NO_CONSENT
+    moves: bool = False
+    """It can move the motor, so that the end of its lease has to be made good."""
+    sets: frozenset[str] = frozenset()
+    """Setpoints that it writes."""
     about: Mapping[str, Any] = field(default_factory=dict, hash=False)
     """What each of its entries in the journal tells (`gateway.core.attempts.ABOUT`)."""
+
+    @property
+    def own(self) -> bool:
+        """The core asks it for reasons of its own."""
+        return self.needed is None
 
     @property
     def harmless(self) -> bool:
@@ -69,10 +84,12 @@ class Exchange:
 
 @dataclass(frozen=True, slots=True)
 class Finished:
-    """What became of a transaction, and when (monotonic)."""
+    """What became of a transaction, and when (monotonic). ``objection`` is why a write was held back in the
+    last moment, where a rule about its client did that."""
 
     result: Result
     at: float
+    objection: Outcome | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,13 +127,33 @@ class IsLast:
 
 
 @dataclass(frozen=True, slots=True)
+class Ramping:
+    """From now on this setpoint is on its way to a value; clients are told."""
+
+    point: str
+    target: float
+
+
+@dataclass(frozen=True, slots=True)
+class IsOutrun:
+    """Is there a newer ask for one of the same setpoints?"""
+
+
+@dataclass(frozen=True, slots=True)
+class Owing:
+    """While on, the frames end what was begun (a pulse): no rule about the client holds them back."""
+
+    on: bool
+
+
+@dataclass(frozen=True, slots=True)
 class Report:
     """Tell the asker this outcome now, although the procedure goes on; what comes later is only noted."""
 
     outcome: Outcome
 
 
-Effect = Report | Lane | Leave | Exchange | Intend | Pause | Prove | IsLast
+Effect = Report | Lane | Leave | Exchange | Intend | Pause | Prove | IsLast | IsOutrun | Ramping | Owing
 Procedure = Generator[Effect, Any, Outcome]
 
 

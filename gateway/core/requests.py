@@ -6,26 +6,25 @@ and in the end the same outcome for the client, for its duplicates and for the j
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 import msgspec
 
+from gateway.bridge.api import DEFAULT_TTL
 from gateway.bridge.messages import Done, RunCommand, WriteTag
+from gateway.core.asks import Asks, by_itself
 from gateway.core.attempts import about
 from gateway.core.clients import Clients
+from gateway.core.control import Control
 from gateway.core.drive import Drive
 from gateway.core.guard import (
     Ended,
-    check_command,
-    check_point,
-    check_rights,
-    check_value,
-    is_setpoint,
     refuse,
 )
+from gateway.core.lease import same
 from gateway.core.lines import Lines
 from gateway.core.memory import Memory
 from gateway.core.once import KEEP, RESTARTED, Key, Once, Waiter
@@ -34,9 +33,9 @@ from gateway.core.procedure import Ask, Procedure
 from gateway.core.runner import Runner
 from gateway.core.sending import UNRECORDED
 from gateway.core.trail import Trail
-from gateway.core.writing import run_command, write_point
 from gateway.line.interface import Job, Result
-from gateway.tag import Cause, Instant, Origin, Outcome, Role, Verdict, split_tag
+from gateway.mapping.site import SETPOINT
+from gateway.tag import Cause, Instant, Origin, Outcome, Role
 
 MAX_UNDER_WAY = 1000
 """Writes under way at once; more are refused (D2 of ``docs/safety.md``). Stops always pass."""
@@ -48,39 +47,43 @@ OWN = Origin(through="core", who="core", role=Role.ADMIN)
 @dataclass(slots=True)
 class Pending:
     """A request under way: who waits, under which id, and what each entry in the journal tells of it.
-    ``lived`` is when it came (`Trail.lived`)."""
+    ``lived`` is when it came (`Trail.lived`). What the core asks by itself has nobody who waits, but may have
+    something to be ``done`` with the outcome."""
 
-    waiter: Waiter
+    waiter: Waiter | None
     key: Key | None
     about: Mapping[str, Any]
     lived: float
+    done: Callable[[Outcome], None] | None = None
 
 
 class Writes:
     """All writes and commands of the core.
 
     Args:
-        enabled: the site's ``writes.enabled``; nothing is written without it.
+        asks: makes asks out of requests.
         trail: puts things on record.
+        control: knows who may command which drive.
         replan: tells the lines that the demands on these tags changed.
     """
 
     def __init__(
         self,
-        enabled: bool,
-        drives: Sequence[Drive],
+        asks: Asks,
         polling: Polling,
         clients: Clients,
         lines: Lines,
         trail: Trail,
+        control: Control,
         replan: Callable[[Collection[str]], None],
     ) -> None:
-        self._enabled = enabled
-        self._drives = {drive.name: drive for drive in drives}
+        self._asks = asks
         self._polling = polling
         self._clients = clients
         self._lines = lines
         self._trail = trail
+        self._control = control
+        control.writing = self
         self._replan = replan
         self._once = Once()
         self._runner = Runner(self, polling.store)
@@ -90,44 +93,20 @@ class Writes:
         self._now = Instant(0.0, 0)
         self._stopping = False
 
-    def restore(self, memory: Memory) -> None:
+    def restore(self, memory: Memory, now: Instant) -> None:
         """Take up what the journal remembers. Whatever was on record without an outcome has one now."""
+        self._now = now
+        self._asks.starts.begin(now.mono)
         self._last = memory.attempts.last
         self._once.restore(memory.attempts)
         for facts in memory.attempts.open.values():
             self._trail.record({"kind": "outcome", **facts, "outcome": RESTARTED})
 
+    def moment(self, now: Instant) -> None:
+        """The present moment."""
+        self._now = now
+
     # -- requests
-
-    def write(self, session: int, request: WriteTag, now: Instant) -> None:
-        """A client writes one value."""
-        drive_name, point_name = split_tag(request.target)
-
-        def prepare() -> tuple[Ask, Procedure]:
-            drive = self._drive(drive_name, Cause.UNKNOWN_TAG)
-            point = check_point(drive, point_name)
-            self._check_rights(session, point.role, request.origin)
-            number = check_value(drive, self._polling.store, point, request.value, point_name)
-            setpoint = request.target if is_setpoint(point) else None
-            ask = self._ask(drive, request.target, request, now, setpoint=setpoint, wanted=request.value)
-            to_zero = setpoint is not None and number == 0 and not point.encoding.values
-            ask = dataclasses.replace(ask, then=point.then, to_zero=to_zero)
-            return ask, write_point(ask, self._polling.store, point, number)
-
-        self._begin(session, request, prepare, now)
-
-    def command(self, session: int, request: RunCommand, now: Instant) -> None:
-        """A client gives a command."""
-
-        def prepare() -> tuple[Ask, Procedure]:
-            drive = self._drive(request.drive, Cause.UNKNOWN_COMMAND)
-            command, args = check_command(drive, self._polling.store, request.name, request.args)
-            self._check_rights(session, command.role, request.origin)
-            what = f"{drive.name}.{command.name}"
-            ask = self._ask(drive, what, request, now, urgent=command.urgent, wanted=dict(request.args))
-            return ask, run_command(ask, self._polling.store, command, args)
-
-        self._begin(session, request, prepare, now)
 
     def start_quietly(
         self, drive: Drive, make: Callable[[Ask], Procedure], deadline: float, now: Instant
@@ -139,13 +118,8 @@ class Writes:
         ask = Ask(self._last, drive, "", OWN, now, deadline, about=facts)
         self._runner.start(ask, make(ask), now.mono)
 
-    def _begin(
-        self,
-        session: int,
-        request: WriteTag | RunCommand,
-        prepare: Callable[[], tuple[Ask, Procedure]],
-        now: Instant,
-    ) -> None:
+    def ask(self, session: int, request: WriteTag | RunCommand, now: Instant) -> None:
+        """A client writes one value, or gives a command."""
         self._now = now
         waiter = (session, request.id)
         key = self._key(session, request)
@@ -154,13 +128,16 @@ class Writes:
             if outcome is not None:
                 self._clients.tell(session, Done(request.id, outcome))
             return
+        self._control.tick()
         self._last += 1
         facts = about(self._last, request, key)
         self._pending[self._last] = Pending(waiter, key, facts, self._trail.lived)
         try:
-            self._check_enabled()
-            ask, procedure = prepare()
+            if self._stopping:
+                raise refuse(Cause.SHUTTING_DOWN, "the gateway is stopping")
+            ask, procedure = self._asks.prepare(self._last, session, request, facts, now)
             self._check_room(ask, key)
+            self._control.permits.accepted(ask, now)
         except Ended as ended:
             refused = msgspec.structs.replace(ended.outcome, asked=now.wall, done=now.wall)
             self._finish(self._last, refused)
@@ -170,42 +147,11 @@ class Writes:
     def _key(self, session: int, request: WriteTag | RunCommand) -> Key | None:
         return (self._clients.name(session), request.key) if request.key else None
 
-    def _ask(
-        self,
-        drive: Drive,
-        what: str,
-        request: WriteTag | RunCommand,
-        now: Instant,
-        *,
-        urgent: bool = False,
-        setpoint: str | None = None,
-        wanted: Any = None,
-    ) -> Ask:
-        if request.ttl <= 0 and not urgent:
-            raise Ended(Verdict.EXPIRED, Cause.EXPIRED, "its time to live had ended when it arrived")
-        if self._lines.up(drive) is False and not urgent:
-            raise Ended(Verdict.FAILED, Cause.NO_ANSWER, f"{drive.name} does not answer")
-        if self._runner.insists(drive) and not urgent:
-            raise refuse(Cause.PRECONDITION, f"a stop of {drive.name} is not answered yet; it goes first")
-        deadline = None if urgent else now.mono + request.ttl
-        facts = self._pending[self._last].about
-        return Ask(
-            self._last, drive, what, request.origin, now, deadline, urgent, setpoint, wanted, about=facts
-        )
-
-    # -- checks that need more than the request
-
-    def _check_enabled(self) -> None:
-        if self._stopping:
-            raise refuse(Cause.SHUTTING_DOWN, "the gateway is stopping")
-        if not self._enabled:
-            raise refuse(
-                Cause.WRITES_DISABLED, "writing is off at this site (writes.enabled in the site file)"
-            )
-
     def _check_room(self, ask: Ask, key: Key | None) -> None:
         if ask.urgent:
             return
+        if self._runner.insists(ask.drive):
+            raise refuse(Cause.PRECONDITION, f"a stop of {ask.drive.name} is not answered yet; it goes first")
         if len(self._pending) > MAX_UNDER_WAY:
             raise refuse(Cause.OVERFLOW, f"{MAX_UNDER_WAY} writes are under way already")
         if key is not None and not self._once.room(self._trail.lived):
@@ -214,21 +160,13 @@ class Writes:
         if self._trail.problem and not ask.harmless:
             raise refuse(Cause.JOURNAL, UNRECORDED.format(self._trail.problem))
 
-    def _check_rights(self, session: int, needed: Role | None, origin: Origin) -> None:
-        check_rights(needed, origin, self._clients.ceiling(session))
-
-    def _drive(self, name: str, cause: Cause) -> Drive:
-        drive = self._drives.get(name)
-        if drive is None:
-            raise refuse(cause, f"there is no drive {name} (there are {', '.join(self._drives)})")
-        return drive
-
     # -- ends
 
     def finish(self, ask: Ask, outcome: Outcome, sent: float | None) -> None:
         """A procedure ended (`Services`)."""
         if ask.number not in self._pending:
             return
+        self._control.finished(ask, outcome)
         stamped = msgspec.structs.replace(
             outcome,
             asked=ask.asked.wall,
@@ -237,10 +175,17 @@ class Writes:
         )
         self._finish(ask.number, stamped)
 
+    def late(self, ask: Ask, outcome: Outcome) -> None:
+        """A procedure ended whose asker has his outcome already (`Services`)."""
+        self._control.finished(ask, outcome)
+        self._trail.record({"kind": "late outcome", "ask": ask.number, "outcome": outcome})
+
     def _finish(self, number: int, outcome: Outcome) -> None:
         pending = self._pending.pop(number)
         self._trail.record({"kind": "outcome", **pending.about, "outcome": outcome})
-        waiters = [pending.waiter]
+        if pending.done is not None:
+            pending.done(outcome)
+        waiters = [pending.waiter] if pending.waiter is not None else []
         if pending.key is not None:
             ttl = pending.about["ttl"]
             waiters += self._once.finish(pending.key, outcome, pending.lived, ttl)
@@ -292,7 +237,50 @@ class Writes:
         self._jobs.discard(job)
         self._runner.job_done(job, result, at, now.mono)
 
+    # -- what the core does for reasons of its own
+
+    def drop(self, drive: Drive, whose: Origin | None, objection: Outcome) -> None:
+        """End what a client (None: anybody) has under way on a drive, stops excepted (`control.Writing`)."""
+
+        def which(ask: Ask) -> bool:
+            mine = ask.needed is not None and (whose is None or same(whose, ask.origin))
+            return ask.drive is drive and mine
+
+        self._runner.drop(which, objection, self._now.mono)
+
+    def stop_by_itself(self, drive: Drive, why: str, done: Callable[[Outcome], None]) -> None:
+        """Stop a drive, as insistently as if somebody had asked for it (`control.Writing`)."""
+        facts = self._own_facts(drive.tag("stop"), {}, why, done)
+        ask, procedure = self._asks.own_stop(self._last, drive, by_itself(why), facts, self._now)
+        self._runner.start(ask, procedure, self._now.mono)
+
+    def set_by_itself(self, drive: Drive, value: Fraction, why: str, done: Callable[[Outcome], None]) -> None:
+        """Write the drive's setpoint once (`control.Writing`)."""
+        facts = self._own_facts(drive.tag(SETPOINT), float(value), why, done)
+        ask, procedure = self._asks.own_setpoint(self._last, drive, value, by_itself(why), facts, self._now)
+        self._runner.start(ask, procedure, self._now.mono)
+
+    def _own_facts(self, what: str, wanted: Any, why: str, done: Callable[[Outcome], None]) -> dict[str, Any]:
+        """A new number for an ask of the core itself. It is on record like any other; nobody waits for it."""
+        self._last += 1
+        facts = {"ask": self._last, "what": what, "wanted": wanted, "by": by_itself(why), "ttl": DEFAULT_TTL}
+        self._pending[self._last] = Pending(None, None, facts, self._trail.lived, done)
+        return facts
+
     # -- services of the runner
+
+    def objection(self, ask: Ask) -> Outcome | None:
+        """Why no frame of an ask may go any more (`Services`)."""
+        objection = self._control.permits.still(ask)
+        return None if objection is None else objection.outcome
+
+    def frame_left(self, ask: Ask, at: float) -> None:
+        """A frame that can change the drive left (`Services`)."""
+        self._asks.starts.frame_left(ask.number, at)
+
+    def ramping(self, ask: Ask, point: str, target: float | None) -> None:
+        """A setpoint is on its way to a value, or no longer (`Services`)."""
+        self._control.ramping(ask.drive, point, target)
 
     def new_job(self) -> int:
         """A number for a job of ours (`Services`)."""

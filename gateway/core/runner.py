@@ -21,11 +21,14 @@ from gateway.core.procedure import (
     Finished,
     Intend,
     IsLast,
+    IsOutrun,
     Lane,
     Leave,
+    Owing,
     Pause,
     Procedure,
     Prove,
+    Ramping,
     Report,
 )
 from gateway.core.store import Store
@@ -55,8 +58,20 @@ class Services(Protocol):
     def watch_for(self, name: str, tags: dict[str, float | None]) -> None:
         """Change the demands of one of the core's own watchers."""
 
+    def objection(self, ask: Ask) -> Outcome | None:
+        """Why no frame of this ask may go any more; asked just before one goes."""
+
+    def frame_left(self, ask: Ask, at: float) -> None:
+        """A frame that can change the drive left (monotonic)."""
+
+    def ramping(self, ask: Ask, point: str, target: float | None) -> None:
+        """A setpoint is on its way to a value, or no longer (None)."""
+
     def finish(self, ask: Ask, outcome: Outcome, sent: float | None) -> None:
         """Tell the final outcome to whoever asked; ``sent`` is when the first frame left (monotonic)."""
+
+    def late(self, ask: Ask, outcome: Outcome) -> None:
+        """Note the outcome of an ask whose asker has been told another one."""
 
 
 @dataclass(slots=True)
@@ -77,6 +92,12 @@ class Running:
     """Frames put on record."""
     recorded: int | None = None
     """The frame that is on record and has not left yet."""
+    ramp: str | None = None
+    """The setpoint that it is taking somewhere."""
+    owing: bool = False
+    """Its frames end what was begun."""
+    objection: Outcome | None = None
+    """Why its frames may not go any more."""
 
 
 class Runner:
@@ -114,6 +135,7 @@ class Runner:
         if isinstance(running.effect.request, Write):
             running.recorded = None
             running.sent = at if running.sent is None else running.sent
+            self._services.frame_left(running.ask, at)
 
     def job_done(self, job: int, result: Result, at: float, now: float) -> None:
         """What became of a job."""
@@ -121,7 +143,7 @@ class Runner:
         if running is not None and running.job == job:
             running.job = None
             self._unsent(running)
-            self._advance(running, Finished(result, at), now)
+            self._advance(running, Finished(result, at, running.objection), now)
 
     def recorded(self, note: int, problem: str, now: float) -> None:
         """A journal entry is on disk, or could not be written."""
@@ -137,7 +159,19 @@ class Runner:
         running = self._running.get(self._jobs.get(job, -1))
         if running is None or not isinstance(running.effect, Exchange):
             return False
+        if isinstance(running.effect.request, Write) and not running.owing:
+            running.objection = running.objection or self._services.objection(running.ask)
+            if running.objection is not None:
+                return False
         return contradicted(running.ask.drive, self._store, running.effect.condition) is None
+
+    def drop(self, which: Callable[[Ask], bool], objection: Outcome, now: float) -> None:
+        """Asks that may not go on: what was not sent ends at once, and of the others no more frames go."""
+        for running in [r for r in self._running.values() if not r.ask.urgent and which(r.ask)]:
+            running.objection = objection
+            if running.sent is None and running.ask.number in self._running:
+                self._withdraw(running)
+                self._end(running, objection, now)
 
     def observe(self, drive: str, now: float) -> None:
         """New samples of a drive are in the store: look whether a proof is complete."""
@@ -192,15 +226,6 @@ class Runner:
                 lane = self._lanes.setdefault(running.ask.drive.name, deque())
                 lane.append(running.ask.number)
                 return lane[0] != running.ask.number, now
-            case Leave():
-                self._leave(running, now)
-                return False, None
-            case Report(outcome):
-                running.told = True
-                self._services.finish(running.ask, outcome, running.sent)
-                return False, None
-            case IsLast():
-                return False, self._is_last(running)
             case Exchange():
                 self._exchange(running, effect)
             case Intend():
@@ -213,7 +238,29 @@ class Runner:
                 self._services.watch_for(
                     _name(running), dict.fromkeys(_tags(running, effect.condition), PROOF_PERIOD)
                 )
+            case _:
+                return False, self._answer(running, effect, now)
         return True, None
+
+    def _answer(self, running: Running, effect: Effect, now: float) -> bool | None:
+        """The answer of an effect that waits for nothing."""
+        match effect:
+            case Leave():
+                self._leave(running, now)
+            case Report(outcome):
+                running.told = True
+                self._services.finish(running.ask, outcome, running.sent)
+            case IsLast():
+                return self._is_last(running)
+            case IsOutrun():
+                newer = [n for n, other in self._running.items() if other.ask.sets & running.ask.sets]
+                return max(newer) > running.ask.number
+            case Ramping(point, target):
+                running.ramp = point
+                self._services.ramping(running.ask, point, target)
+            case Owing(on):
+                running.owing = on
+        return None
 
     def _is_last(self, running: Running) -> bool:
         lane = self._lanes.get(running.ask.drive.name, ())
@@ -288,11 +335,13 @@ class Runner:
     def _end(self, running: Running, outcome: Outcome, now: float) -> None:
         self._leave_proof(running)
         self._unsent(running)
+        if running.ramp is not None:
+            self._services.ramping(running.ask, running.ramp, None)
         running.effect = None
         del self._running[running.ask.number]
         running.procedure.close()
         if running.told:
-            self._services.record({"kind": "late outcome", "ask": running.ask.number, "outcome": outcome})
+            self._services.late(running.ask, outcome)
         else:
             self._services.finish(running.ask, outcome, running.sent)
         self._leave(running, now)

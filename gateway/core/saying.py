@@ -47,6 +47,8 @@ def ended(drive: Drive, finished: Finished, before: str = "") -> Ended:
     """The end of a write whose frame was not sent, not answered or refused."""
     reason = before + explain(drive, finished)
     match finished.result:
+        case Unsent("not_admitted") if (told := finished.objection) is not None:
+            return Ended(told.verdict, told.cause, before + told.reason)
         case Unsent("expired"):
             return Ended(Verdict.EXPIRED, Cause.EXPIRED, reason)
         case Unsent("not_admitted"):

@@ -11,12 +11,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from gateway.core.drive import Drive
-from gateway.core.guard import Ended, refuse
+from gateway.core.guard import Ended, check_danger, refuse
 from gateway.core.procedure import (
     Ask,
     Effect,
     Finished,
     Intend,
+    Owing,
     Pause,
     Prove,
     Report,
@@ -81,6 +82,9 @@ def transmit(
         Ended: if it was not sent, or the drive refused it.
     """
     drive = ask.drive
+    if not ask.urgent:
+        for name, raw in raws.items():
+            check_danger(drive.profile.points[name], raw, name, ask.consent)
     if not ask.harmless and (worn := drive.worn(raws)):
         raise refuse(Cause.WEAR, worn)
     fresh = yield from _read_words(ask, raws, deadline)
@@ -89,6 +93,8 @@ def transmit(
     frame = Frame(request, intent(drive, store, request, raws))
     drive.expected.sending(raws)
     finished = yield from send(ask, frame, deadline, condition)
+    if not isinstance(finished.result, Unsent):
+        drive.written.update(dict.fromkeys(raws, finished.at))
     if isinstance(finished.result, (Refused, Unsent)):
         raise ended(drive, finished)
     return Sent(raws, address, len(words), finished.at, isinstance(finished.result, Answered))
@@ -197,12 +203,14 @@ def end_pulse(ask: Ask, store: Store, sent: Sent, pulses: Sequence[Point]) -> Ge
     Raises:
         Ended: if the pulse could not be taken back.
     """
+    yield Owing(True)
     yield Pause(max(point.pulse for point in pulses))
     for attempt in range(PULSE_ATTEMPTS):
         deadline = sent.at + STEP_SECONDS + attempt
         over = yield from transmit(ask, store, {point.name: 0 for point in pulses}, deadline)
         if over.answered:
             break
+    yield Owing(False)
     if not sent.answered:
         raise Ended(
             Verdict.UNKNOWN, Cause.NO_ANSWER, "the drive did not answer the pulse; it is not repeated"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -19,11 +19,20 @@ from gateway.core.establishing import (
 )
 from gateway.core.fit import fit
 from gateway.core.guard import Ended
+from gateway.core.pacing import (
+    Written,
+    begin_near,
+    check_step,
+    go_on,
+    in_turn,
+    present,
+    ramp,
+    written_by,
+)
 from gateway.core.procedure import (
     Ask,
     Effect,
     IsLast,
-    Lane,
     Leave,
     Pause,
     Procedure,
@@ -32,6 +41,7 @@ from gateway.core.procedure import (
 )
 from gateway.core.proving import READ_BACK_SECONDS, prove, read_back, value_shown
 from gateway.core.sending import STEP_SECONDS, STOP_PATIENCE, end_pulse, select, transmit
+from gateway.core.starts import Starts
 from gateway.core.store import Store
 from gateway.mapping.profile import Command, Condition, Kind, Point, Step
 from gateway.tag import Outcome, Verdict
@@ -45,7 +55,7 @@ STOP_AGAIN = 1.0
 
 def write_point(ask: Ask, store: Store, point: Point, number: Fraction) -> Procedure:
     """Write one point and read it back; after the last write of a batch comes what has to follow it."""
-    now = yield Lane()
+    now = yield from in_turn(ask, [point])
     yield from fit(ask.drive, store, now, point.name)
     try:
         outcome = yield from change_point(ask, store, point, number, now)
@@ -61,6 +71,13 @@ def change_point(ask: Ask, store: Store, point: Point, number: Fraction, now: fl
     drive = ask.drive
     yield from establish(drive, store, point.only_when, now)
     raw = yield from raw_now(drive, store, point, number, point.name, now)
+    pace = drive.pace(point)
+    if pace.step is not None or pace.slew is not None:
+        base = yield from present(drive, store, point, now)
+        if not ask.own:
+            check_step(point, pace, base, number)
+        if pace.slew is not None:
+            return (yield from ramp(ask, store, point, base, number, now, ask.deadline))
     if lasts(point) and (yield from is_already(ask, store, point, raw, now)):
         value = value_shown(ask, store, [point])
         return Outcome(verdict=Verdict.CONFIRMED, reason="it was so already", value=value)
@@ -92,13 +109,34 @@ def follow(ask: Ask, store: Store, point: Point, deadline: float) -> Generator[E
     return structs.replace(outcome, verdict=Verdict.FAILED, reason=reason)
 
 
-def run_command(ask: Ask, store: Store, command: Command, args: Mapping[str, Fraction]) -> Procedure:
-    """Carry out a command."""
-    if not ask.urgent:
-        now = yield Lane()
-        yield from fit(ask.drive, store, now)
-        yield from establish(ask.drive, store, command.only_when, now)
-    return (yield from run_steps(ask, store, command, args, ask.deadline))
+def run_command(
+    ask: Ask, store: Store, command: Command, args: Mapping[str, Fraction], starts: Starts
+) -> Procedure:
+    """Carry out a command. What sets a motor running waits for its turn among the starts; a setpoint
+    that has a slew begins near the present one and goes on to its value when the command is proved."""
+    if ask.urgent:
+        return (yield from run_steps(ask, store, command, args, None))
+    written = written_by(ask.drive, command, args)
+    steps = begin_command(ask, store, command, args, written)
+    if starts.concern(ask.drive, command):
+        steps = starts.in_turn(ask, ask.asked.mono, steps)
+    outcome, begun = yield from steps
+    for one in written:
+        if outcome.verdict is Verdict.CONFIRMED and begun.get(one.point.name, one.target) != one.target:
+            outcome = yield from go_on(ask, store, one, begun[one.point.name])
+    return outcome
+
+
+def begin_command(
+    ask: Ask, store: Store, command: Command, args: Mapping[str, Fraction], written: Sequence[Written]
+) -> Generator[Effect, Any, tuple[Outcome, Mapping[str, Fraction]]]:
+    """The steps of a command, in its turn and if its precondition holds; and where its setpoints begin."""
+    now = yield from in_turn(ask, [one.point for one in written])
+    yield from fit(ask.drive, store, now)
+    yield from establish(ask.drive, store, command.only_when, now)
+    first, begun = yield from begin_near(ask, store, written, now)
+    outcome = yield from run_steps(ask, store, command, {**args, **first}, ask.deadline)
+    return outcome, begun
 
 
 def run_steps(

@@ -83,13 +83,6 @@ def check_control(drive: DriveConfig, raw: RawSite, report: Report) -> None:
             "add control: {on_expiry: stop} (or hold, or {setpoint: 20}), or control: {lease: off}",
             key=True,
         )
-    if raw.lines[drive.line].drives[drive.name].control is not None:
-        report.warn(
-            (*_place(drive), "control"),
-            "leases are not enforced by this version",
-            "rely on the drive's own time-out",
-            key=True,
-        )
     if control.ttl < SHORTEST_LEASE:
         place = (*_place(drive), "control", "ttl")
         report.error(place, f"a lease of {control.ttl:g} s cannot be renewed in time", "write 500ms or more")

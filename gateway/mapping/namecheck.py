@@ -17,10 +17,12 @@ from gateway.tag import GATEWAY, own_name, tag_of
 
 GATEWAYS_OWN = GATEWAY
 """The topics below ``<site>/_gateway`` are the gateway's own."""
-BRANCHES = ("state", "data", "event", "meta", "status", "cmd", "ack")
+BRANCHES = ("state", "data", "event", "meta", "status", "lease", "cmd", "ack")
 """What the topics of a drive branch into."""
-PARTS = ("ParameterSet", "MethodSet", "Identification", "Diagnostics")
+PARTS = ("ParameterSet", "MethodSet", "Identification", "Diagnostics", "Lock", "Administration")
 """What stands below a drive's node beside the groups of its profile."""
+COMMANDS = ("lease", "maintenance")
+"""Topics of commands to the gateway itself about a drive."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,6 +113,8 @@ def _check_members(drive: Named, once: _Once) -> None:
     """Browse names and topics must differ within a drive."""
     for key, what in (("browse", "browse name"), ("topic", "topic")):
         taken = {name: f"{drive.drive}.{name}" for name in of_a_drive(drive.profile)}
+        if key == "topic":
+            taken |= dict.fromkeys(COMMANDS, "the gateway's own")
         for member, names in drive.names.points.items():
             name = getattr(names, key)
             if name in taken:

@@ -32,6 +32,25 @@ def _named(points: Iterable[OwnPoint]) -> Mapping[str, OwnPoint]:
 
 _NUMBER, _TEXT = ValueType.NUMBER, ValueType.TEXT
 
+OF_CONTROL: Mapping[str, OwnPoint] = _named(
+    (
+        OwnPoint(
+            "_locked", "Somebody holds the lease, or may return to it", ValueType.BOOLEAN, group="lease"
+        ),
+        OwnPoint("_lease_holder", "Who holds the lease; empty when nobody does", _TEXT, group="lease"),
+        OwnPoint("_lease_through", "By which way he comes, and from where", _TEXT, group="lease"),
+        OwnPoint("_lease_left", "When the lease ends unless it is renewed", _NUMBER, "ms", group="lease"),
+        OwnPoint(
+            "_maintenance",
+            "Who works on the drive, so that only stops pass; else empty",
+            _TEXT,
+            group="lease",
+        ),
+        OwnPoint("_ramp", "Where the setpoint is on its way to; empty when it is not", _TEXT, group="lease"),
+    )
+)
+"""What the gateway adds to each drive about who commands it."""
+
 OF_A_DRIVE: Mapping[str, OwnPoint] = _named(
     (
         OwnPoint("_comm_loss", "What the drive does when the line dies", _TEXT, group="supervision"),
@@ -39,6 +58,7 @@ OF_A_DRIVE: Mapping[str, OwnPoint] = _named(
             "_identity", "Whether the drive is of the model that the site says", _TEXT, group="supervision"
         ),
         OwnPoint("_writes_today", "Writes of the last 24 hours that wear the drive's memory", group="wear"),
+        *OF_CONTROL.values(),
     )
 )
 """What the gateway adds to each drive."""

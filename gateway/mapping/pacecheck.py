@@ -27,6 +27,10 @@ def check_pace(point: Point, pace: Pace, place: Place, report: Report) -> None:
     if pace.slew is not None and point.kind is not Kind.SETPOINT:
         message = f"`{point.name}` is no setpoint, so nothing takes it along at a `slew`"
         report.error(place("slew"), message, "use `step`, or give it kind setpoint", key=True)
+    elif pace.slew is not None and point.wear is not None:
+        report.error(
+            place("slew"), f"`{point.name}` wears, and a ramp writes it often", "use `step`", key=True
+        )
     count = point.encoding.scale
     fixed = point.encoding.times is None and not point.cases
     if pace.step is not None and 0 < pace.step < count and fixed and _is_number(point):

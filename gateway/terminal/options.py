@@ -13,6 +13,11 @@ Ports = Annotated[
     list[str] | None,
     typer.Option("--line", metavar="NAME=PORT", help="Another port for a line than the site file says."),
 ]
+Confirm = Annotated[
+    str,
+    typer.Option("--confirm", metavar="WORDS", help="The harm that it does, in the words of its refusal."),
+]
+Hold = Annotated[bool, typer.Option("--hold", help="Stay afterwards and renew the lease until Ctrl-C.")]
 TimeToLive = Annotated[
     float, typer.Option("--ttl", metavar="SECONDS", min=0.1, help="How long it may wait to be sent.")
 ]

@@ -10,7 +10,7 @@ import msgspec
 import typer
 from rich.console import Console
 
-from gateway.bridge.api import Health, PointInfo, RefusedGap
+from gateway.bridge.api import ControlState, Health, PointInfo, RefusedGap
 from gateway.tag import Outcome, Sample, Value, Verdict
 
 
@@ -106,11 +106,44 @@ def outcome_object(outcome: Outcome) -> dict[str, Any]:
 
 def finish(asked: str, outcome: Outcome, as_json: bool) -> None:
     """Print what became of a write or command, and end the program: 0 if it was confirmed, else 1."""
+    tell(asked, outcome, as_json)
+    raise typer.Exit(0 if outcome.verdict is Verdict.CONFIRMED else 1)
+
+
+def tell(asked: str, outcome: Outcome, as_json: bool) -> None:
+    """Print what became of a write or command."""
     if as_json:
         say_json(outcome_object(outcome))
     else:
         say(outcome_line(asked, outcome))
-    raise typer.Exit(0 if outcome.verdict is Verdict.CONFIRMED else 1)
+
+
+def control_object(state: ControlState) -> dict[str, Any]:
+    """Who may command a drive, for programs; the shape stands in docs/cli.md."""
+    holder = state.holder
+    return {
+        "drive": state.drive,
+        "phase": state.phase,
+        "holder": holder.who if holder else None,
+        "through": holder.through if holder else None,
+        "address": (holder.address or None) if holder else None,
+        "until": _moment_or_none(state.until),
+        "then": state.then or None,
+        "void": state.void,
+        "maintenance": state.maintenance,
+        "ramps": dict(state.ramps),
+    }
+
+
+def control_line(state: ControlState) -> str:
+    """Who may command a drive, on one line."""
+    holder = state.holder
+    by = f" by {holder.who} ({', '.join(filter(None, (holder.through, holder.address)))})" if holder else ""
+    until = f" until {moment(state.until)}" if state.until else ""
+    then = f", then {state.then}" if state.then else ""
+    rest = [state.void, state.maintenance and f"in maintenance, {state.maintenance}"]
+    rest += [f"{point} on its way to {target:g}" for point, target in state.ramps.items()]
+    return "; ".join([f"{state.drive}  {state.phase}{by}{until}{then}", *filter(None, rest)])
 
 
 def outcome_line(what: str, outcome: Outcome) -> str:

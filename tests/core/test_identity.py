@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from gateway.mapping.load import profile_of
-from gateway.mapping.site import DriveConfig, Site
+from gateway.mapping.site import Site
 from gateway.simulator.happening import PanelSets
 from gateway.tag import Cause, Outcome, Quality, Verdict
 from tests.core.world import ENGINEER, START, World, make_site
@@ -42,7 +42,7 @@ def site_with(drive_type: int) -> Site:
     profile, findings = profile_of((PROFILE % drive_type).encode(), "typed.yaml", "typed")
     assert profile is not None, [str(finding) for finding in findings]
     site = make_site()
-    drive = DriveConfig(name="fan-1", line="north", profile=profile, unit=5)
+    drive = replace(site.drives[0], profile=profile, ranges={}, settings={})
     return replace(site, lines=(replace(site.lines[0], drives=(drive,)),))
 
 

@@ -7,15 +7,29 @@ core's. Nothing sleeps: time jumps from one thing that is due to the next.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Literal
 
-from gateway.bridge.api import Batch, DriveState, Happened
-from gateway.bridge.messages import Done, Promised, ReadTags, Response, RunCommand, Samples, Watch, WriteTag
+from gateway.bridge.api import Batch, ControlState, DriveState, Happened, LeaseAct
+from gateway.bridge.messages import (
+    Act,
+    ClientGone,
+    DoLease,
+    Done,
+    Maintain,
+    Promised,
+    ReadTags,
+    Response,
+    RunCommand,
+    Samples,
+    Watch,
+    WriteTag,
+)
 from gateway.core.core import Core
 from gateway.core.events import (
     Asked,
@@ -37,8 +51,8 @@ from gateway.core.events import (
 from gateway.core.memory import Memory
 from gateway.core.runs import Boot
 from gateway.mapping.load import builtin_mappings, load_profile
-from gateway.mapping.profile import Profile, SerialFormat
-from gateway.mapping.site import DriveConfig, LineConfig, Rs485, Site
+from gateway.mapping.profile import Pace, Profile, SerialFormat
+from gateway.mapping.site import Control, DriveConfig, LineConfig, Rs485, Site, StartGroup
 from gateway.mapping.specialise import specialise
 from gateway.simulator.build import build_drives, wire_timing
 from gateway.simulator.happening import Options
@@ -58,7 +72,19 @@ def teco() -> Profile:
     return profile
 
 
-def make_site(drives: int = 1, *, writes: bool = True, first_unit: int = 5, baud: int = 9600) -> Site:
+FREE_FOR_ALL = Control(lease="off")
+
+
+def make_site(
+    drives: int = 1,
+    *,
+    writes: bool = True,
+    first_unit: int = 5,
+    baud: int = 9600,
+    control: Control = FREE_FOR_ALL,
+    limits: Mapping[str, Pace] = MappingProxyType({}),
+    starts: tuple[StartGroup, ...] = (),
+) -> Site:
     """A site with one line and so many 7200GS: fan-1 at unit 5, fan-2 at unit 6 ..."""
     settings = {name: s.default for name, s in teco().settings.items() if s.default is not None}
     configs = tuple(
@@ -69,6 +95,8 @@ def make_site(drives: int = 1, *, writes: bool = True, first_unit: int = 5, baud
             unit=first_unit + n,
             settings=settings,
             ranges={"frequency_command": (Fraction(0), Fraction(60))},
+            control=control,
+            limits=limits,
         )
         for n in range(drives)
     )
@@ -91,6 +119,7 @@ def make_site(drives: int = 1, *, writes: bool = True, first_unit: int = 5, baud
         data=Path("data"),
         opcua=None,
         mqtt=(),
+        starts=starts,
         digest="0" * 64,
     )
 
@@ -103,7 +132,9 @@ def site_of(
     assert profile is not None, findings
     known = {name: s.default for name, s in profile.settings.items() if s.default is not None} | settings
     special = specialise(profile, known)
-    drive = DriveConfig(name="drive-1", line="north", profile=special, unit=1, settings=known)
+    drive = DriveConfig(
+        name="drive-1", line="north", profile=special, unit=1, settings=known, control=FREE_FOR_ALL
+    )
     formats = profile.serial.rtu if framing == "rtu" else profile.serial.ascii
     line = LineConfig(
         name="north",
@@ -188,8 +219,9 @@ class World:
         ttl: float = 5.0,
         key: str = "",
         session: int | None = None,
+        confirm: str = "",
     ) -> Callable[[], Outcome | None]:
-        request = WriteTag(self._next_request(), tag, value, origin, ttl, key)
+        request = WriteTag(self._next_request(), tag, value, origin, ttl, key, confirm)
         return self._ask(request, session or self.session)
 
     def ask_command(
@@ -235,6 +267,37 @@ class World:
     def sent(self, function: str = "10") -> list[str]:
         """The requests on the wire with this function code, as hex text."""
         return [frame for _, frame in self.wire if frame.split()[1] == function]
+
+    def lease(
+        self,
+        act: LeaseAct,
+        origin: Origin = OPERATOR,
+        drive: str = "fan-1",
+        session: int | None = None,
+        whom: str = "",
+    ) -> Outcome:
+        request = DoLease(self._next_request(), drive, act, origin, whom)
+        return self.until(self._ask(request, session or self.session), 5.0)
+
+    def gone(self, origin: Origin, *, may_return: bool = False) -> Outcome:
+        request = ClientGone(self._next_request(), origin, may_return)
+        return self.until(self._ask(request, self.session), 5.0)
+
+    def maintain(self, on: bool, origin: Origin = ENGINEER, reason: str = "") -> Outcome:
+        request = Maintain(self._next_request(), "fan-1", on, origin, reason)
+        return self.until(self._ask(request, self.session), 5.0)
+
+    def control(self, drive: str = "fan-1", session: int | None = None) -> ControlState:
+        """What a client was told last about who may command a drive."""
+        told = self.told[session or self.session]
+        return [m for m in told if isinstance(m, ControlState) and m.drive == drive][-1]
+
+    def restart(self) -> None:
+        """The gateway is killed and starts again; the drives notice nothing."""
+        memory, self._later = self.memory(), []
+        self.core = Core(self.site, "test")
+        self.feed(Started(memory, Boot(id=f"boot-{self.now}", machine="machine")))
+        self.session = self.join()
 
     # -- time
 
@@ -313,7 +376,7 @@ class World:
         for record in kept:
             self._record(record)
 
-    def _ask(self, request: WriteTag | RunCommand, session: int) -> Callable[[], Outcome | None]:
+    def _ask(self, request: Act, session: int) -> Callable[[], Outcome | None]:
         self.feed(Asked(session, request))
 
         def outcome() -> Outcome | None:

@@ -175,3 +175,28 @@ async def test_r1_what_a_rule_here_does_not_let_pass_is_on_record_too(
     assert "30.0" in wanted
     assert (origin.through, origin.authenticated) == ("mqtt", False)
     assert bench.bridge.writes == []
+
+
+async def test_leases_and_maintenance_are_asked_of_the_gateway_itself(bench: Bench) -> None:
+    bench.send("lease", {"id": 1, "v": "take", "epoch": EPOCH, "by": "anna", "from": "bob"})
+    bench.send("maintenance", {"id": 2, "v": True, "epoch": EPOCH, "by": "anna", "reason": "bearing"})
+    answers = await bench.answers()
+    assert [topic for topic, _ in answers] == ["plant7/fan-1/ack/lease", "plant7/fan-1/ack/maintenance"]
+    [(drive, act, origin, whom)] = bench.bridge.leases
+    assert (drive, act, whom) == ("fan-1", "take", "bob")
+    assert (origin.who, origin.address, origin.authenticated) == ("anna", "mqtt://b:1883", False)
+    assert bench.bridge.maintained[0][1::2] == (True, "bearing")
+    assert bench.bridge.writes == [] and bench.bridge.commands == []
+
+
+async def test_h1_a_retained_lease_is_refused(bench: Bench) -> None:
+    bench.send("lease", {"id": 1, "v": "acquire", "epoch": EPOCH}, retain=True)
+    answers = await bench.answers()
+    assert answers[-1][1]["cause"] == "retained"
+    assert bench.bridge.leases == []
+
+
+async def test_what_a_value_does_is_confirmed_in_the_payload(bench: Bench) -> None:
+    bench.send("run_source", {"id": 1, "v": 1, "epoch": EPOCH, "confirm": "the panel is obeyed"})
+    await bench.answers()
+    assert bench.bridge.confirmed == ["the panel is obeyed"]

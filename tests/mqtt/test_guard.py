@@ -9,10 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from gateway.bridge.api import LeaseAct
 from gateway.northbound.mqtt.freshness import HORIZON, time_to_live
 from gateway.northbound.mqtt.message import Incoming
 from gateway.northbound.mqtt.once import LIMIT, REMEMBER, Once
-from gateway.northbound.mqtt.order import Order, read_order
+from gateway.northbound.mqtt.order import Order, read_order, read_own_order
 from gateway.northbound.mqtt.request import SIZE_LIMIT, MalformedError, RejectedError, Request, parse
 from gateway.tag import Cause, Instant, Outcome, Verdict
 from tests.fakes import small_catalogue
@@ -221,3 +222,48 @@ def test_commands_under_way_are_never_forgotten_and_memory_is_bounded() -> None:
     assert once.find(LIMIT - 1, 1.0) is None
     assert once.find(2 * LIMIT - 1, 1.0) is not None
     assert once.find("slow", 10 * REMEMBER) is not None
+
+
+def own_order(document: object, name: str = "lease", **changes: object) -> Order:
+    return read_own_order(FAN, name, message(document, **changes))
+
+
+@pytest.mark.parametrize("act", list(LeaseAct))
+def test_an_order_about_a_lease(act: LeaseAct) -> None:
+    read = own_order({"id": 1, "v": act.value, "epoch": EPOCH, "by": "anna", "from": "bob"})
+    assert (read.own, read.value, read.by, read.whom) == ("lease", act.value, "anna", "bob")
+
+
+@pytest.mark.parametrize(
+    ("document", "name"),
+    [
+        ({"id": 1, "v": "grab", "epoch": EPOCH}, "lease"),
+        ({"id": 1, "epoch": EPOCH}, "lease"),
+        ({"id": 1, "args": {}, "epoch": EPOCH}, "lease"),
+        ({"v": "renew", "epoch": EPOCH}, "lease"),
+        ({"id": 1, "v": "on", "epoch": EPOCH}, "maintenance"),
+        ({"id": 1, "v": 1, "epoch": EPOCH}, "maintenance"),
+    ],
+)
+def test_what_is_no_order_about_a_drive(document: object, name: str) -> None:
+    with pytest.raises(MalformedError):
+        own_order(document, name)
+
+
+def test_h1_an_old_renewal_keeps_no_dead_clients_lease_alive() -> None:
+    for stale in ({"epoch": "another"}, {"exp": WALL / 1e9 - 1}, {}):
+        with pytest.raises(RejectedError):
+            own_order({"id": 1, "v": "renew", **stale})
+
+
+def test_only_leases_have_a_from_and_only_maintenance_a_reason() -> None:
+    for key in ("from", "reason"):
+        assert rejection({"id": 1, "v": 9.0, "epoch": EPOCH, key: "x"}).cause is Cause.MALFORMED
+    read = own_order({"id": 1, "v": True, "epoch": EPOCH, "reason": "bearing"}, "maintenance")
+    assert (read.value, read.reason) == (True, "bearing")
+
+
+def test_another_confirmation_is_another_order() -> None:
+    one, other = (order({"id": 1, "v": 9.0, "epoch": EPOCH, "confirm": text}) for text in ("a", "b"))
+    assert one.confirm == "a"
+    assert one.fingerprint != other.fingerprint

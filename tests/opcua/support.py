@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import time
-from collections.abc import AsyncIterator, Callable, Mapping
+from collections.abc import AsyncIterator, Callable, Coroutine, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,7 @@ from unittest.mock import patch
 from asyncua import Client, Node, ua
 
 from gateway.bridge.api import Catalogue
-from gateway.northbound.opcua.server import listening
+from gateway.northbound.opcua.server import Adapter, listening
 from gateway.tag import Cause, Origin, Outcome, Quality, Role, Sample, Value, Verdict
 from gateway.users import add_user
 from tests.fakes import FakeBridge
@@ -49,13 +49,13 @@ class JudgingBridge(FakeBridge):
         super().__init__(catalogue, section)
         self.reads: list[tuple[tuple[str, ...], float]] = []
 
-    async def write(self, tag: str, value: Value, origin: Origin, ttl: float = 5.0, id: str = "") -> Outcome:
+    async def write(self, tag: str, value: Value, origin: Origin, *more: Any, **named: Any) -> Outcome:
         drive, _, name = tag.partition(".")
         info = next(d for d in self.catalogue.drives if d.name == drive)
         needed = next(p for p in info.points if p.name == name).role
         if needed is None or not origin.role.covers(needed):
             return Outcome(verdict=Verdict.REFUSED, cause=Cause.NO_RIGHTS, reason="role too low")
-        return await super().write(tag, value, origin, ttl, id)
+        return await super().write(tag, value, origin, *more, **named)
 
 
 @dataclass
@@ -83,13 +83,17 @@ async def running(folder: Path, catalogue: Catalogue | None = None, **section: A
     }
     bridge = JudgingBridge(catalogue, whole | section)
     async with listening(bridge) as adapter:
-        work = [asyncio.create_task(part) for part in (adapter.follow(), adapter.keep_demands())]
+        work = [asyncio.create_task(part) for part in _parts(adapter)]
         try:
             yield Running(bridge, adapter.url, folder)
         finally:
             for task in work:
                 task.cancel()
             await asyncio.gather(*work, return_exceptions=True)
+
+
+def _parts(adapter: Adapter) -> tuple[Coroutine[Any, Any, None], ...]:
+    return adapter.follow(), adapter.keep_demands(), adapter.keep_leases()
 
 
 def client_of(gateway: Running, user: str = "", password: str = PASSWORD) -> Client:

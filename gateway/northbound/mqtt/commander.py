@@ -10,7 +10,7 @@ from gateway.bridge.api import DriveInfo
 from gateway.northbound.mqtt import payload
 from gateway.northbound.mqtt.message import Incoming, Lane, Message
 from gateway.northbound.mqtt.once import Entry, Once
-from gateway.northbound.mqtt.order import Order, read_order
+from gateway.northbound.mqtt.order import Order, read_order, read_own_order
 from gateway.northbound.mqtt.outbox import Outbox
 from gateway.northbound.mqtt.request import RejectedError, lenient_id, refused
 from gateway.northbound.mqtt.runner import LIMIT, Runner
@@ -86,7 +86,8 @@ class Commander:
             log.warning("nothing can be commanded at %s", incoming.topic)
             reason = "nothing can be commanded at this topic (the drive's meta topic tells what there is)"
             raise RejectedError(refused(Cause.UNKNOWN_TAG, reason), lenient_id(incoming.payload)[0])
-        return read_order(self._drives[target.drive], target.name, incoming)
+        read = read_own_order if target.own else read_order
+        return read(self._drives[target.drive], target.name, incoming)
 
     def _refuse_retained(self, target: Target, incoming: Incoming) -> None:
         """A retained command is an old one that the broker repeats to whoever connects; told as an event

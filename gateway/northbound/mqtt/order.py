@@ -6,10 +6,11 @@ from dataclasses import dataclass
 
 import msgspec
 
-from gateway.bridge.api import DEFAULT_TTL, DriveInfo
+from gateway.bridge.api import DEFAULT_TTL, DriveInfo, LeaseAct
 from gateway.northbound.mqtt.freshness import time_to_live
 from gateway.northbound.mqtt.message import Incoming
 from gateway.northbound.mqtt.request import MalformedError, Request, lenient_id, parse
+from gateway.northbound.mqtt.topics import LEASE, MAINTENANCE
 from gateway.tag import Value
 
 STOP = "stop"
@@ -31,6 +32,11 @@ class Order:
     ttl: float
     proof: str = ""
     """What sets it apart from a later order under the same id."""
+    own: str = ""
+    """One of `gateway.northbound.mqtt.topics.OWN`: it is for the gateway itself, about the drive."""
+    confirm: str = ""
+    whom: str = ""
+    reason: str = ""
 
     @property
     def key(self) -> tuple[str, ...]:
@@ -46,7 +52,8 @@ class Order:
     @property
     def fingerprint(self) -> bytes:
         """What the order asks for, exactly: ``true`` is not ``1``."""
-        return msgspec.json.encode(self.content, order="sorted")
+        about = (self.content, self.confirm, self.whom, self.reason)
+        return msgspec.json.encode(about, order="sorted")
 
     @property
     def args(self) -> dict[str, Value] | None:
@@ -74,9 +81,9 @@ def read_order(drive: DriveInfo, name: str, incoming: Incoming) -> Order:
     if is_command and name == STOP:
         id, by = lenient_id(incoming.payload)
         return Order(drive=drive.name, name=name, content={}, id=id, by=by, ttl=DEFAULT_TTL)
-    request = parse(incoming.payload)
-    if request.id is None:
-        raise MalformedError("no id: it is what keeps a command from being carried out twice")
+    request = _identified(incoming)
+    if request.whom or request.reason:
+        raise MalformedError("from and reason belong to lease and maintenance", request.id)
     ttl = time_to_live(incoming, request)
     content = _arguments(name, request) if is_command else _value(name, request)
     return Order(
@@ -87,7 +94,44 @@ def read_order(drive: DriveInfo, name: str, incoming: Incoming) -> Order:
         by=request.by or "anonymous",
         ttl=ttl,
         proof=_proof(request, incoming),
+        confirm=request.confirm,
     )
+
+
+def read_own_order(drive: DriveInfo, name: str, incoming: Incoming) -> Order:
+    """An order about a drive to the gateway itself: its lease (``v`` is acquire, renew, release or take) or
+    maintenance (``v`` is true or false). It must be as fresh as any: an old renewal would keep the lease of
+    a dead client alive.
+
+    Raises:
+        RejectedError: if it is malformed or not fresh.
+    """
+    request = _identified(incoming)
+    ttl = time_to_live(incoming, request)
+    value = _value(name, request)
+    if name == LEASE and value not in list(LeaseAct):
+        raise MalformedError(f"v is one of {', '.join(LeaseAct)}", request.id)
+    if name == MAINTENANCE and not isinstance(value, bool):
+        raise MalformedError("v is true or false", request.id)
+    return Order(
+        drive=drive.name,
+        name=name,
+        content=value,
+        id=request.id,
+        by=request.by or "anonymous",
+        ttl=ttl,
+        proof=_proof(request, incoming),
+        own=name,
+        whom=request.whom,
+        reason=request.reason,
+    )
+
+
+def _identified(incoming: Incoming) -> Request:
+    request = parse(incoming.payload)
+    if request.id is None:
+        raise MalformedError("no id: it is what keeps a command from being carried out twice")
+    return request
 
 
 def _proof(request: Request, incoming: Incoming) -> str:

@@ -18,6 +18,7 @@ from gateway.bridge.api import (
     DIAGNOSTIC,
     ArgumentInfo,
     CommandInfo,
+    ControlState,
     DriveInfo,
     DriveState,
     PointInfo,
@@ -99,6 +100,30 @@ def drive_status(state: DriveState) -> bytes:
     return _encode({"status": status, "ts": iso(state.time)} | _present(reason=state.reason))
 
 
+def lease(state: ControlState, ttl: float) -> bytes:
+    """Who may command a drive. ``until`` is told only where nobody renews; else the lease ends ``ttl``
+    seconds after its last renewal."""
+    counting = state.phase in ("awaited", "open")
+    holder = state.holder
+    about = _present(
+        by=holder.who if holder else None,
+        through=holder.through if holder else None,
+        address=holder.address if holder else None,
+        ttl=ttl if holder else None,
+        until=iso(state.until) if counting else None,
+        then=state.then,
+        void=state.void,
+        maintenance=state.maintenance,
+        ramps=dict(state.ramps),
+    )
+    return _encode({"phase": state.phase} | about)
+
+
+def no_lease(reason: str) -> bytes:
+    """Nobody knows who may command a drive: the gateway is gone."""
+    return _encode({"phase": "unknown", "reason": reason})
+
+
 def birth(epoch: str, started: int, version: str, commands: bool, time: int) -> bytes:
     """The gateway is there, and everything retained below its site is current.
 
@@ -145,7 +170,11 @@ def meta(drive: DriveInfo, gateway: str, topics: Iterable[str]) -> bytes:
     )
     offered = [point for point in drive.points if point.kind != DIAGNOSTIC or point.name in published]
     points = {point.name: _point(point, point.name in published) for point in offered}
-    return _encode(about | {"points": points, "commands": {c.name: _command(c) for c in drive.commands}})
+    control = {"lease": drive.control.lease} | _present(
+        ttl=drive.control.ttl, on_expiry=drive.control.on_expiry, takeover=drive.control.takeover.value
+    )
+    commands = {c.name: _command(c) for c in drive.commands}
+    return _encode(about | {"control": control, "points": points, "commands": commands})
 
 
 def _point(point: PointInfo, published: bool) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable
 
-from gateway.bridge.api import Batch, Catalogue, DriveState, Happened, PointInfo, Update
+from gateway.bridge.api import Batch, Catalogue, ControlState, DriveState, Happened, PointInfo, Update
 from gateway.northbound.mqtt import payload
 from gateway.northbound.mqtt.message import Lane, Message
 from gateway.northbound.mqtt.outbox import Outbox
@@ -24,6 +24,8 @@ class Publisher:
         self._points = _published_points(catalogue, rules)
         self._filters = {tag: Filter.of(rules[tag], point) for tag, point in self._points.items()}
         self._seq: defaultdict[str, int] = defaultdict(int)
+        self._ttls = {drive.name: drive.control.ttl for drive in catalogue.drives}
+        self._leases: dict[str, bytes] = {}
 
     def announce(self, now: Instant) -> None:
         """Publish what the drives offer and, until there are values, that there are none; remove from the
@@ -42,7 +44,7 @@ class Publisher:
     def _own_topics(self) -> set[str]:
         own = {self._topics.state(*split_tag(tag)) for tag in self._points}
         for drive in self._catalogue.drives:
-            own |= {self._topics.meta(drive.name), self._topics.status(drive.name)}
+            own |= {t(drive.name) for t in (self._topics.meta, self._topics.status, self._topics.lease)}
         return own | {self._topics.gateway_status}
 
     def update(self, update: Update, now: float) -> None:
@@ -52,9 +54,18 @@ class Publisher:
                 self._batch(update, now)
             case DriveState():
                 self._outbox.retain(self._topics.status(update.drive), payload.drive_status(update))
+            case ControlState():
+                self._control(update)
             case Happened():
                 topic = self._topics.event(update.event.drive)
                 self._outbox.put(Message(topic, payload.event(update.event), Lane.ANSWER))
+
+    def _control(self, state: ControlState) -> None:
+        """Who may command a drive; a lease that is only renewed is no news."""
+        lease = payload.lease(state, self._ttls[state.drive])
+        if self._leases.get(state.drive) != lease:
+            self._leases[state.drive] = lease
+            self._outbox.retain(self._topics.lease(state.drive), lease)
 
     def _batch(self, batch: Batch, now: float) -> None:
         drives: defaultdict[str, list[Sample]] = defaultdict(list)
@@ -84,6 +95,7 @@ class Publisher:
         for drive in self._catalogue.drives:
             gone = DriveState(drive.name, up=False, time=time, reason=reason)
             self._outbox.retain(self._topics.status(drive.name), payload.drive_status(gone))
+            self._outbox.retain(self._topics.lease(drive.name), payload.no_lease(reason))
         for tag in self._points:
             bad = Sample(tag, None, Quality.NO_COMMUNICATION, time, reason=reason)
             self._state(bad, self._seq[split_tag(tag)[0]])

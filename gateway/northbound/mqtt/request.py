@@ -3,7 +3,9 @@
 ``id`` is the sender's own name for this command (text or integer, answered as it came); ``v`` the value
 for a point, ``args`` the arguments for a command; ``exp`` when it ends to be meant (seconds or
 milliseconds since 1970, or ISO 8601 with a time zone); ``by`` who asks, as far as one believes him;
-``epoch`` the gateway's present epoch from its status topic.
+``epoch`` the gateway's present epoch from its status topic; ``confirm`` the harm that a value does, in the
+words of the drive's profile; ``from`` whom a lease is to be taken from; ``reason`` why a drive goes into
+maintenance.
 """
 
 from __future__ import annotations
@@ -15,7 +17,7 @@ from typing import Any, NoReturn
 
 import msgspec
 
-from gateway.tag import Cause, Outcome, Value, Verdict
+from gateway.tag import Cause, Outcome, Verdict
 
 SIZE_LIMIT = 4096
 """Longest payload in bytes."""
@@ -61,6 +63,9 @@ class Request(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
     exp: int | float | str | None = None
     by: str = "anonymous"
     epoch: str | None = None
+    confirm: str = ""
+    whom: str = msgspec.field(default="", name="from")
+    reason: str = ""
 
     @property
     def expires(self) -> int | None:
@@ -156,9 +161,9 @@ def _exact(text: str) -> int:
 
 
 def _check_lengths(request: Request, id: str | int | None) -> None:
-    texts: list[Value] = [request.id, request.by, request.epoch]
+    texts = [request.id, request.by, request.epoch, request.confirm, request.whom, request.reason]
     if any(isinstance(text, str) and len(text) > TEXT_LIMIT for text in texts):
-        raise MalformedError(f"id, by and epoch have at most {TEXT_LIMIT} characters", id)
+        raise MalformedError(f"id and all texts have at most {TEXT_LIMIT} characters", id)
 
 
 def _nanoseconds(exp: float | str, id: str | int | None) -> int:

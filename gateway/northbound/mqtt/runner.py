@@ -8,8 +8,9 @@ import logging
 from collections import defaultdict
 from collections.abc import Callable
 
-from gateway.bridge.api import Bridge, BridgeError
+from gateway.bridge.api import Bridge, BridgeError, LeaseAct
 from gateway.northbound.mqtt.order import Order
+from gateway.northbound.mqtt.topics import LEASE, MAINTENANCE
 from gateway.tag import Cause, Origin, Outcome, Role, Verdict, tag_of
 
 LIMIT = 64
@@ -99,12 +100,16 @@ class Runner:
 
     async def _ask(self, order: Order) -> Outcome:
         origin = self._origin(order.by)
+        if order.own == LEASE:
+            return await self._bridge.lease(order.drive, LeaseAct(str(order.value)), origin, order.whom)
+        if order.own == MAINTENANCE:
+            return await self._bridge.maintain(order.drive, bool(order.value), origin, order.reason)
         if (args := order.args) is not None:
             return await self._bridge.command(
-                order.drive, order.name, args, origin, order.ttl, order.bridge_id
+                order.drive, order.name, args, origin, order.ttl, order.bridge_id, order.confirm
             )
         tag = tag_of(order.drive, order.name)
-        return await self._bridge.write(tag, order.value, origin, order.ttl, order.bridge_id)
+        return await self._bridge.write(tag, order.value, origin, order.ttl, order.bridge_id, order.confirm)
 
     def _origin(self, by: str) -> Origin:
         return Origin(through="mqtt", who=by, role=self._role, address=self._address, authenticated=False)

@@ -7,8 +7,10 @@
     <drive>/event                    what happened
     <drive>/meta                     retained: points and commands
     <drive>/status                   retained: does the drive answer
+    <drive>/lease                    retained: who may command it
     <drive>/cmd/<point or command>   to the gateway
     <drive>/ack/<point or command>   the answer
+    <drive>/cmd/lease, cmd/maintenance   to the gateway itself, about the drive
     <site>/_gateway/<gateway>/status   retained: birth and will
     <site>/_gateway/<gateway>/event
     <site>/_gateway/<gateway>/state/<point>, data                what the gateway tells of itself
@@ -28,17 +30,21 @@ from gateway.northbound.mqtt.levels import TopicError, check_level, check_levels
 
 RESERVED = "_gateway"
 """The gateway's own topics are below ``<site>/_gateway``; no drive's may be there."""
-BRANCHES = ("state", "data", "event", "meta", "status", "cmd", "ack")
+BRANCHES = ("state", "data", "event", "meta", "status", "lease", "cmd", "ack")
 """What a drive's tree branches into."""
+LEASE, MAINTENANCE = "lease", "maintenance"
+OWN = (LEASE, MAINTENANCE)
+"""Commands to the gateway itself about a drive; no point's or command's topic may be called so."""
 
 
 class Target(NamedTuple):
     """What a command topic addresses. ``name`` is the point or command, empty when the drive has none
-    there; ``place`` is what stands behind ``cmd/``."""
+    there; ``place`` is what stands behind ``cmd/``. ``own``: it is one of `OWN`."""
 
     drive: str
     name: str
     place: str
+    own: bool = False
 
 
 class Topics:
@@ -84,6 +90,10 @@ class Topics:
         """Whether a drive answers."""
         return f"{self._trees[drive]}/status"
 
+    def lease(self, drive: str) -> str:
+        """Who may command a drive."""
+        return f"{self._trees[drive]}/{LEASE}"
+
     def ack(self, target: Target) -> str:
         """Answers to the commands for a target."""
         return f"{self._trees[target.drive]}/ack/{target.place}"
@@ -122,6 +132,8 @@ class Topics:
         if is_below(tree, f"{self._site}/{RESERVED}"):
             raise TopicError(f"{drive.name}: the gateway's own topics are below {RESERVED} (rename it)")
         members: list[PointInfo | CommandInfo] = [*drive.points, *drive.commands]
+        for name in OWN:
+            self._targets[f"{tree}/cmd/{name}"] = Target(drive.name, name, name, own=True)
         for member in members:
             self._add_member(drive.name, tree, member)
 

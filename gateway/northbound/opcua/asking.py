@@ -13,10 +13,11 @@ from typing import Any
 import structlog
 from asyncua import ua
 
-from gateway.bridge.api import DEFAULT_TTL, ArgumentInfo, Bridge, BridgeError
+from gateway.bridge.api import DEFAULT_TTL, Bridge, BridgeError
 from gateway.northbound.opcua import plain
 from gateway.northbound.opcua.given import is_taken, value_of
-from gateway.northbound.opcua.model import MethodNode, Model, TagNode, variant_type
+from gateway.northbound.opcua.locking import NOT_YOURS, OK
+from gateway.northbound.opcua.model import MethodNode, Model, TagNode
 from gateway.northbound.opcua.status import outcome_status
 from gateway.tag import Cause, Origin, Outcome, Verdict, tag_of
 
@@ -67,13 +68,14 @@ class Asker:
         if not origin.authenticated:
             objection = _call_refused(ua.StatusCodes.BadUserAccessDenied)
         if objection is not None:
-            what = tag_of(method.drive, method.command.name)
-            self._turn_away(what, [value.Value for value in given], origin, objection.StatusCode.value)
+            self._turn_away(
+                method.what, [value.Value for value in given], origin, objection.StatusCode.value
+            )
             return objection
-        args = {arg.name: value_of(value) for arg, value in zip(method.command.args, given, strict=True)}
-        asked = self._bridge.command(method.drive, method.command.name, args, origin, _ttl(patience))
-        outcome = await self._outcome(asked, patience, f"{method.drive}.{method.command.name}")
-        return _call_done(outcome, len(given))
+        values = [value_of(value) for value in given]
+        asked = method.ask(self._bridge, values, origin, _ttl(patience))
+        outcome = await self._outcome(asked, patience, method.what)
+        return _locked(outcome, len(given)) if method.is_lock else _call_done(outcome, len(given))
 
     def _turn_away(self, what: str, wanted: Any, origin: Origin, code: int) -> None:
         """Have the core put on record what does not get as far as it."""
@@ -134,12 +136,12 @@ def _is_doubtful(value: ua.DataValue) -> bool:
 
 
 def _call_objection(method: MethodNode, given: list[ua.Variant]) -> ua.CallMethodResult | None:
-    expected = method.command.args
+    expected = method.takes
     if len(given) < len(expected):
         return _call_refused(ua.StatusCodes.BadArgumentsMissing)
     if len(given) > len(expected):
         return _call_refused(ua.StatusCodes.BadTooManyArguments)
-    codes = [_argument_code(arg, value) for arg, value in zip(expected, given, strict=True)]
+    codes = [_argument_code(kind, value) for kind, value in zip(expected, given, strict=True)]
     if all(code == ua.StatusCodes.Good for code in codes):
         return None
     result = _call_refused(ua.StatusCodes.BadInvalidArgument)
@@ -147,13 +149,23 @@ def _call_objection(method: MethodNode, given: list[ua.Variant]) -> ua.CallMetho
     return result
 
 
-def _argument_code(arg: ArgumentInfo, value: ua.Variant) -> int:
-    return ua.StatusCodes.Good if is_taken(value, variant_type(arg)) else ua.StatusCodes.BadTypeMismatch
+def _argument_code(kind: ua.VariantType, value: ua.Variant) -> int:
+    return ua.StatusCodes.Good if is_taken(value, kind) else ua.StatusCodes.BadTypeMismatch
 
 
 def _call_refused(code: int) -> ua.CallMethodResult:
     result = ua.CallMethodResult()
     result.StatusCode = plain.status(code)
+    return result
+
+
+def _locked(outcome: Outcome, arguments: int) -> ua.CallMethodResult:
+    """The answer of a lock: Good and a number, unless it is about something else than who holds it."""
+    yours = outcome.verdict is Verdict.CONFIRMED
+    result = _call_done(outcome, arguments)
+    if yours or outcome.cause is Cause.LEASE:
+        result.StatusCode = ua.StatusCode()
+    result.OutputArguments = [ua.Variant(OK if yours else NOT_YOURS, ua.VariantType.Int32)]
     return result
 
 

@@ -124,6 +124,8 @@ class Channel(UaProcessor):
         super().send_response(requesthandle, seqhdr, response, kind)
 
     async def close(self) -> None:
+        if self.session is not None:
+            self.iserver.keeper.cut_off(self.session)
         # Else a lost connection's waiting requests would swallow what a new one should get.
         self._publish_requests.clear()
         await super().close()
@@ -192,6 +194,7 @@ class Channel(UaProcessor):
         if session.channel is not self:
             session.channel.detach()
         session.channel, self.session, self._closing = self, session, False
+        session.connected = True
         for subscription in session.subscription_service.subscriptions.values():
             subscription.pub_result_callback = self.forward_publish_response
             subscription.pub_request_callback = cast("Any", self.get_publish_request)

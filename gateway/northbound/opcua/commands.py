@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Awaitable, Sequence
+
 from asyncua import ua
 
-from gateway.bridge.api import ArgumentInfo, CommandInfo, DriveInfo
-from gateway.northbound.opcua.model import MethodNode, Model, variant_type
+from gateway.bridge.api import ArgumentInfo, Bridge, CommandInfo, DriveInfo
+from gateway.northbound.opcua.model import AskCore, MethodNode, Model, variant_type
 from gateway.northbound.opcua.names import drive_node, member_node, own, part_of, standard
 from gateway.northbound.opcua.nodes import NodeBuilder
 from gateway.northbound.opcua.plain import node_id
+from gateway.tag import Origin, Outcome, Value, tag_of
 
 OUTPUTS = (
     ("verdict", "confirmed, refused, failed, unknown, expired or superseded"),
@@ -23,15 +26,30 @@ def add_command(
     node = member_node(drive, command)
     nodes.method(node, own(command), parent, command.help)
     if command.args:
-        _add_arguments(nodes, node, "InputArguments", [input_argument(arg) for arg in command.args])
-    _add_arguments(nodes, node, "OutputArguments", [_output_argument(*output) for output in OUTPUTS])
-    model.methods[node] = MethodNode(drive.name, command, (parent, drive_node(drive)))
+        add_arguments(nodes, node, "InputArguments", [input_argument(arg) for arg in command.args])
+    add_arguments(nodes, node, "OutputArguments", [argument(*output) for output in OUTPUTS])
+    model.methods[node] = MethodNode(
+        tag_of(drive.name, command.name),
+        command.role,
+        (parent, drive_node(drive)),
+        tuple(variant_type(arg) for arg in command.args),
+        _ask_for(drive.name, command),
+    )
     return node
+
+
+def _ask_for(drive: str, command: CommandInfo) -> AskCore:
+    names = [arg.name for arg in command.args]
+
+    def ask(bridge: Bridge, values: Sequence[Value], origin: Origin, ttl: float) -> Awaitable[Outcome]:
+        return bridge.command(drive, command.name, dict(zip(names, values, strict=True)), origin, ttl)
+
+    return ask
 
 
 def input_argument(arg: ArgumentInfo) -> ua.Argument:
     """Name, type and, as description, unit and limits of an argument."""
-    return _argument(arg.name, variant_type(arg), _limits(arg))
+    return argument(arg.name, _limits(arg), variant_type(arg))
 
 
 def _limits(arg: ArgumentInfo) -> str:
@@ -43,16 +61,14 @@ def _limits(arg: ArgumentInfo) -> str:
     return unit.strip()
 
 
-def _output_argument(name: str, description: str) -> ua.Argument:
-    return _argument(name, ua.VariantType.String, description)
-
-
-def _argument(name: str, kind: ua.VariantType, description: str) -> ua.Argument:
+def argument(name: str, description: str, kind: ua.VariantType = ua.VariantType.String) -> ua.Argument:
+    """An argument of a method."""
     return ua.Argument(
         Name=name, DataType=node_id(kind.value), ValueRank=-1, Description=ua.LocalizedText(description)
     )
 
 
-def _add_arguments(nodes: NodeBuilder, method: ua.NodeId, name: str, arguments: list[ua.Argument]) -> None:
+def add_arguments(nodes: NodeBuilder, method: ua.NodeId, name: str, arguments: list[ua.Argument]) -> None:
+    """Add ``InputArguments`` or ``OutputArguments`` to a method."""
     structure = ua.VariantType.ExtensionObject
     nodes.property(part_of(method, name), standard(name), method, arguments, structure, ua.ObjectIds.Argument)

@@ -18,6 +18,7 @@ from asyncua.server.internal_session import InternalSession
 from gateway.northbound.opcua.asking import Asker
 from gateway.northbound.opcua.certificates import Trust
 from gateway.northbound.opcua.demands import Demands
+from gateway.northbound.opcua.keeper import Keeper
 from gateway.northbound.opcua.login import Gate
 from gateway.northbound.opcua.reading import Reader
 from gateway.northbound.opcua.request import current
@@ -59,6 +60,7 @@ class Engine(InternalServer):
     demands: Demands
     reader: Reader
     asker: Asker
+    keeper: Keeper
 
     def __init__(self) -> None:
         super().__init__()
@@ -75,6 +77,11 @@ class Engine(InternalServer):
         if len(self._external_sessions) >= MOST_SESSIONS:
             raise ServiceError(ua.StatusCodes.BadTooManySessions)
         return Session(self, name, current.get().channel)
+
+    def living(self) -> dict[str, Session]:
+        """Sessions whose client is there, by label."""
+        sessions = (s for s in self._external_sessions.values() if isinstance(s, Session))
+        return {s.label: s for s in sessions if s.connected and s.is_activated()}
 
     def offers(self, policy_uri: str, mode: ua.MessageSecurityMode) -> bool:
         """True when some endpoint of ours has this security."""
@@ -130,6 +137,11 @@ class OpcUaServer(Server):
         except BaseException:
             await self.iserver.stop()
             raise
+
+    async def stop(self) -> None:
+        # That we stop ends no lease: clients may return when we are back.
+        self.iserver.keeper.rest()
+        await super().stop()
 
     def _protect_passwords(self) -> None:
         """Passwords are encrypted even on a channel that is not; asyncua would let them go in the clear

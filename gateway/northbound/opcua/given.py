@@ -29,6 +29,8 @@ _TAKEN: dict[ua.VariantType, frozenset[ua.VariantType]] = {
     ua.VariantType.Int32: _INTEGERS,
     ua.VariantType.Int64: _INTEGERS,
     ua.VariantType.Double: frozenset({ua.VariantType.Double, ua.VariantType.Float}),
+    ua.VariantType.Variant: _INTEGERS
+    | {ua.VariantType.Boolean, ua.VariantType.Double, ua.VariantType.Float, ua.VariantType.String},
 }
 _FLOAT_DIGITS = range(6, 9)
 """Decimal digits that every Float keeps, up to those that are one short of telling any two apart."""

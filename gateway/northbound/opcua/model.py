@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass, field
 
 from asyncua import ua
 
-from gateway.bridge.api import ArgumentInfo, CommandInfo, PointInfo
-from gateway.tag import ValueType
+from gateway.bridge.api import ArgumentInfo, Bridge, PointInfo
+from gateway.tag import Origin, Outcome, Role, Value, ValueType
 
 _INT32 = range(-(2**31), 2**31)
 
@@ -22,13 +23,21 @@ class TagNode:
     text: bool = False
 
 
+AskCore = Callable[[Bridge, Sequence[Value], Origin, float], Awaitable[Outcome]]
+"""How the core is asked for what a method does: given values, who asks, and the time to live in seconds."""
+
+
 @dataclass(frozen=True, slots=True)
 class MethodNode:
-    """A method that carries out a command. ``objects`` are the objects it may be called on."""
+    """A method. ``role`` is the least one that may call it, ``objects`` are what it may be called on,
+    ``takes`` the types of its arguments (Variant: any). ``is_lock``: it answers a number, as locks do."""
 
-    drive: str
-    command: CommandInfo
+    what: str
+    role: Role
     objects: tuple[ua.NodeId, ...]
+    takes: tuple[ua.VariantType, ...]
+    ask: AskCore
+    is_lock: bool = False
 
 
 @dataclass(slots=True)

@@ -80,7 +80,7 @@ class Reader:
     def _for_client(self, where: ua.ReadValueId, value: ua.DataValue, client: Client) -> ua.DataValue:
         """UserAccessLevel and UserExecutable say what this client may do."""
         node, method = self._model.tags.get(where.NodeId), self._model.methods.get(where.NodeId)
-        needed = node.point.role if node is not None else method.command.role if method is not None else None
+        needed = node.point.role if node is not None else method.role if method is not None else None
         may = needed is not None and not client.anonymous and client.rights.covers(needed)
         if may or value.Value is None:
             return value

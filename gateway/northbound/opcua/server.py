@@ -11,12 +11,23 @@ from datetime import UTC, datetime
 import structlog
 from asyncua import ua
 
-from gateway.bridge.api import Batch, Bridge, BridgeError, Catalogue, DriveState, Periods, Replaced, Update
+from gateway.bridge.api import (
+    Batch,
+    Bridge,
+    BridgeError,
+    Catalogue,
+    ControlState,
+    DriveState,
+    Periods,
+    Replaced,
+    Update,
+)
 from gateway.northbound.opcua.asking import Asker
 from gateway.northbound.opcua.certificates import Own, Trust
 from gateway.northbound.opcua.demands import Demands
 from gateway.northbound.opcua.engine import Engine, OpcUaServer
 from gateway.northbound.opcua.health import service_level
+from gateway.northbound.opcua.keeper import Keeper
 from gateway.northbound.opcua.live import Live
 from gateway.northbound.opcua.login import Gate
 from gateway.northbound.opcua.names import TYPES_URI, application_uri, instance_uri
@@ -69,6 +80,10 @@ class Adapter:
         """
         await self._engine.demands.run()
 
+    async def keep_leases(self) -> None:
+        """Renew the leases of living sessions, until cancelled."""
+        await self._engine.keeper.run(self._engine.living)
+
     async def _show(self, update: Update) -> None:
         match update:
             case Batch():
@@ -77,6 +92,8 @@ class Adapter:
                 self._engine.demands.replan(update.periods)
             case DriveState():
                 await self._rate(update)
+            case ControlState():
+                self._engine.keeper.learn(update)
             case Replaced():
                 raise BridgeError(f"the configuration was replaced by generation {update.generation}")
 
@@ -101,7 +118,7 @@ async def serve(bridge: Bridge, stop: asyncio.Event) -> None:
     """
     async with listening(bridge) as adapter:
         _log.info("listening", url=adapter.url)
-        parts = (adapter.follow(), adapter.keep_demands(), _until(stop))
+        parts = (adapter.follow(), adapter.keep_demands(), adapter.keep_leases(), _until(stop))
         work = [asyncio.create_task(part) for part in parts]
         try:
             done, _ = await asyncio.wait(work, return_when=asyncio.FIRST_COMPLETED)
@@ -146,6 +163,7 @@ async def _prepare(engine: Engine, server: OpcUaServer, settings: Settings, brid
     engine.sources = Sources(engine.aspace, model, engine.demands, dict(catalogue.rates))
     engine.reader = Reader(engine.aspace, model, bridge, engine.demands, live)
     engine.asker = Asker(bridge, model)
+    engine.keeper = Keeper(bridge)
     users = UsersFile(settings.users_file) if settings.users_file is not None else None
     engine.gate = Gate(users, anonymous=settings.anonymous)
     # Tens of thousands of nodes live as long as the process; the collector need not visit them again.

@@ -42,6 +42,8 @@ class Session(InternalSession):
         self.label = secrets.token_hex(8)
         """Names the session to the core (leases, journal); tells nothing of the token."""
         self.channel = channel
+        self.connected = True
+        """Its channel is there."""
         self.client_certificate = channel.client_certificate
         self.external = True
         engine.register_external_session(self)
@@ -81,7 +83,8 @@ class Session(InternalSession):
         self.user = client
 
     async def close_session(self, delete_subs: bool = True) -> None:
-        """Close, with all subscriptions: nobody could take them over."""
+        """Close, with all subscriptions: nobody could take them over. Its leases end with it."""
+        self.iserver.keeper.ended(self)
         await super().close_session(True)
 
     async def read(self, params: ua.ReadParameters) -> list[ua.DataValue]:
@@ -91,7 +94,7 @@ class Session(InternalSession):
     async def write(self, params: ua.WriteParameters) -> list[ua.StatusCode]:
         _check_count(params.NodesToWrite)
         patience = current.get().patience
-        origin = self._origin()
+        origin = self.origin(len(params.NodesToWrite))
         return await asyncio.gather(*(self._write(item, origin, patience) for item in params.NodesToWrite))
 
     async def _write(self, item: ua.WriteValue, origin: Origin, patience: float | None) -> ua.StatusCode:
@@ -103,7 +106,7 @@ class Session(InternalSession):
     async def call(self, params: list[ua.CallMethodRequest]) -> list[ua.CallMethodResult]:
         _check_count(params)
         patience = current.get().patience
-        asker, origin = self.iserver.asker, self._origin()
+        asker, origin = self.iserver.asker, self.origin(len(params))
         return await asyncio.gather(*(asker.call(item, origin, patience) for item in params))
 
     async def create_monitored_items(
@@ -134,7 +137,8 @@ class Session(InternalSession):
         if interval is not None:
             result.RevisedSamplingInterval = interval
 
-    def _origin(self) -> Origin:
+    def origin(self, together: int = 1) -> Origin:
+        """Who this is, for the core; ``together``: how many writes or calls came in the same request."""
         return Origin(
             through="opcua",
             who=self.user.name or "anonymous",
@@ -142,6 +146,7 @@ class Session(InternalSession):
             session=self.label,
             address=self.channel.peer,
             authenticated=not self.user.anonymous,
+            together=together,
         )
 
 

@@ -13,6 +13,7 @@ from asyncua.server.address_space import AddressSpace
 
 from gateway.bridge.api import DIAGNOSTIC, Catalogue, DriveInfo, OwnerInfo
 from gateway.northbound.opcua.commands import add_command
+from gateway.northbound.opcua.locking import add_administration, add_lock
 from gateway.northbound.opcua.model import Model
 from gateway.northbound.opcua.names import (
     DEVICE_SET,
@@ -100,6 +101,8 @@ def _add_drive(nodes: NodeBuilder, model: Model, drive: DriveInfo, *, writes: bo
     nodes.object(methods, structural("MethodSet"), node, description="What the drive can be told to do.")
     for command in drive.commands:
         add_command(nodes, model, drive, methods, command)
+    add_lock(nodes, model, drive)
+    add_administration(nodes, model, drive)
 
 
 def _add_identification(nodes: NodeBuilder, node: ua.NodeId, drive: DriveInfo) -> None:

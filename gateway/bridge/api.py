@@ -207,6 +207,11 @@ class Alarm(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     by: str = ""
     """Who acknowledged it."""
 
+    @property
+    def is_over(self) -> bool:
+        """Its cause is gone, and somebody has seen it."""
+        return bool(self.cleared and self.acknowledged)
+
 
 class RefusedGap(msgspec.Struct, frozen=True, kw_only=True):
     """Addresses that no point has, across which a drive does not let itself be read, and the exception

@@ -6,7 +6,7 @@ once (a drive restarted) has no cause that could go: it stands until it is ackno
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from msgspec import structs
@@ -36,6 +36,14 @@ class Alarms:
         self._record = record
         self._listeners: list[Listener] = []
 
+    def restore(self, remembered: Iterable[Alarm], now: Instant) -> None:
+        """Take up what stood when the gateway ended. Whether a cause is still there has to show anew: what
+        was acknowledged is gone until then, what was not stands as something that happened."""
+        for alarm in remembered:
+            if not alarm.acknowledged:
+                over = structs.replace(alarm, cleared=alarm.cleared or now.wall)
+                self._standing[alarm.key] = over
+
     def listen(self, listener: Listener) -> None:
         """Be told of what is acknowledged."""
         self._listeners.append(listener)
@@ -44,18 +52,23 @@ class Alarms:
         """Every alarm that stands, the oldest first."""
         return tuple(self._standing.values())
 
-    def raise_(self, subject: str, name: str, text: str, now: Instant, *, once: bool = False) -> None:
+    def get(self, subject: str, name: str) -> Alarm | None:
+        """An alarm, if it stands."""
+        return self._standing.get(key_of(subject, name))
+
+    def raise_(self, subject: str, name: str, text: str, now: Instant, *, once: bool = False) -> bool:
         """The cause of an alarm is there; ``once``: something happened and is over. While the alarm stands
-        with its cause, or unacknowledged, only its text changes, and nobody is told again."""
+        with its cause, or unacknowledged, only its text changes, and nobody is told again; True if told."""
         key = key_of(subject, name)
         known = self._standing.get(key)
         if known is not None and (once or not known.cleared):
             self._standing[key] = structs.replace(known, text=text)
-            return
+            return False
         cleared = now.wall if once else 0
         alarm = Alarm(key=key, subject=subject, name=name, text=text, raised=now.wall, cleared=cleared)
         self._standing[key] = alarm
         self._say(RAISED, alarm, now)
+        return True
 
     def clear(self, subject: str, name: str, now: Instant) -> None:
         """The cause of an alarm is gone, if it was there."""
@@ -94,7 +107,7 @@ class Alarms:
     def _change(self, alarm: Alarm, what: str, now: Instant, origin: Origin | None = None) -> None:
         """Keep what an alarm has become; one that nothing holds any more is gone."""
         self._standing[alarm.key] = alarm
-        if alarm.cleared and alarm.acknowledged:
+        if alarm.is_over:
             del self._standing[alarm.key]
         self._say(what, alarm, now, origin)
 

@@ -76,6 +76,8 @@ class Asks:
         value = check_value(drive, self._store, point, request.value, point_name, consent)
         self._check_there(drive, request)
         setpoint = request.target if is_setpoint(point) else None
+        if setpoint and drive.local and point_name not in drive.expected.sources:
+            raise refuse(Cause.PRECONDITION, drive.local)
         ask = Ask(
             number,
             drive,
@@ -120,6 +122,7 @@ class Asks:
             session=session,
             needed=command.role,
             consent=consent,
+            starts=starts_motor(command),
             moves=bool(sets) or starts_motor(command),
             sets=sets,
         )

@@ -186,11 +186,16 @@ class Control:
         """What was agreed with a drive is over: see `Leases.void`."""
         self._leases.void(drive, reason, self._now)
 
+    def stop(self, drive: Drive, why: str) -> None:
+        """Stop a drive for a reason of the core's own."""
+        self.writing.stop_by_itself(drive, why, lambda outcome: None)
+
     def finished(self, ask: Ask, outcome: Outcome) -> None:
         """What became of a request: a stop leaves nothing to make good, a setpoint stands for a run."""
         if outcome.verdict is not Verdict.CONFIRMED:
             return
         if ask.urgent:
+            ask.drive.expected.runs = False
             self._leases.stopped(ask.drive, ask.asked.mono)
         elif ask.sets:
             ask.drive.setpoint = (ask.origin, self._now.mono)

@@ -120,8 +120,15 @@ class Core:
         self._gaps = self._gap_watch()
         self._watchkeeper = Watchkeeper(self.drives, dict(site.rates), self.polling, self.clients)
         self._oversight = Oversight(
-            self.drives, self.polling, self.alarms, self.own, self._reads.start, self._replan
+            self.drives,
+            self.polling,
+            self.alarms,
+            self.own,
+            self._reads.start,
+            self._replan,
+            self.control,
         )
+        self.control.permits.objects = self._oversight.objection
         self._health = Wellbeing(
             site.lines, self.lines, self.clients, self._watchkeeper, self.alarms, self.trail, self._gaps
         )
@@ -208,6 +215,7 @@ class Core:
             text = f"the journal was changed by somebody else: {event.broken}"
             self.alarms.raise_(GATEWAY, "journal_broken", text, self._now, once=True)
         self.wear.restore(event.memory.wear)
+        self.alarms.restore(event.memory.standing.alarms.values(), self._now)
         self._writes.restore(event.memory, self._now)
         self.control.restore(event.memory.agreed)
         self._gaps.restore(event.memory.gaps)
@@ -383,6 +391,7 @@ class Core:
 
     def _publish(self, samples: list[Sample]) -> None:
         self._watchkeeper.look(samples, self._now)
+        self._oversight.look(samples)
         self.clients.publish(samples)
 
     def _read(self, line: str, request: line_does.Read, deadline: float) -> int:

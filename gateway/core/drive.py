@@ -34,6 +34,8 @@ class Drive:
         self.doubt = ""
         """Why it may be of another model than the site says; then nothing of it is believed but what it is
         recognised by."""
+        self.local = ""
+        """Why it does not obey the line, as far as that was seen; empty while it does."""
         self.expected = Expected(self.profile.points, depends_on)
         self.selection: dict[str, int] = {}
         """Selectors and the raw values that they hold, as far as that is known."""

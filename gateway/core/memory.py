@@ -22,6 +22,7 @@ from gateway.core.attempts import Attempts
 from gateway.core.chain import SNAPSHOT, Entry
 from gateway.core.gaps import Gaps
 from gateway.core.runs import Runs
+from gateway.core.standing import Standing
 from gateway.core.worn import Wear
 
 
@@ -33,6 +34,7 @@ class Memory(msgspec.Struct, kw_only=True):
     wear: Wear = field(default_factory=Wear)
     gaps: Gaps = field(default_factory=Gaps)
     agreed: Agreed = field(default_factory=Agreed)
+    standing: Standing = field(default_factory=Standing)
 
     def fold(self, entry: Entry) -> str:
         """Take in one entry. A part that does not understand it passes it over; that is told in words."""

@@ -6,6 +6,8 @@ may be lost, somebody may have begun to work on the drive. A stop needs the righ
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from gateway.bridge.messages import RunCommand, WriteTag
 from gateway.core.clients import Clients
 from gateway.core.drive import Drive
@@ -28,6 +30,8 @@ class Permits:
         self._clients = clients
         self._leases = leases
         self._maintenance = maintenance
+        self.objects: Callable[[Drive], str] = lambda drive: ""
+        """What else speaks against writing to a drive, in words; set by the core."""
 
     def arriving(
         self,
@@ -45,7 +49,7 @@ class Permits:
         origin = request.origin
         role = check_rights(needed, origin, self._clients.ceiling(session))
         if not urgent:
-            self._maintenance.check(drive)
+            self._check_drive(drive)
             self._leases.check(drive, origin)
         return Consent(role, request.confirm, origin.together)
 
@@ -64,13 +68,18 @@ class Permits:
             if self._clients.get(ask.session) is None:
                 raise refuse(Cause.NO_RIGHTS, "whoever asked was gone before it could be sent")
             check_rights(ask.needed, ask.origin, self._clients.ceiling(ask.session))
-            self._maintenance.check(ask.drive)
+            self._check_drive(ask.drive)
             self._leases.check(ask.drive, ask.origin)
             if not self._leases.holds(ask.drive, ask.origin):
                 raise refuse(Cause.LEASE, f"the lease of {ask.drive.name} was lost before it could be sent")
         except Ended as ended:
             return ended
         return None
+
+    def _check_drive(self, drive: Drive) -> None:
+        self._maintenance.check(drive)
+        if reason := self.objects(drive):
+            raise refuse(Cause.PRECONDITION, reason)
 
     # -- H6: no run without a setpoint
 

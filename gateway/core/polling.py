@@ -35,7 +35,7 @@ class Polling:
         self.demands = Demands()
         self.store = Store()
         self._drives = {drive.name: drive for drive in drives}
-        self._rates = rates
+        self.rates = rates
         self._publish = publish
         self._readouts = {drive.name: Readout(drive, self.store) for drive in drives}
         self._ages = Ages()
@@ -82,13 +82,13 @@ class Polling:
         yield point, period
         for name in depends_on(point):
             if name not in drive.config.settings:
-                yield from self._with_deciders(drive.tag(name), max(period, self._rates["normal"]))
+                yield from self._with_deciders(drive.tag(name), max(period, self.rates["normal"]))
 
     def _rank(self, period: float) -> int:
         """0 for periods of the fast class, which stretch last; 1 for normal, 2 for slower ones."""
-        if period <= self._rates["fast"]:
+        if period <= self.rates["fast"]:
             return 0
-        return 1 if period <= self._rates["normal"] else 2
+        return 1 if period <= self.rates["normal"] else 2
 
     def plan_changed(self, line: str, plan: Plan, now: float) -> dict[str, float]:
         """Take over a line's new plan; the periods that changed, by tag."""

@@ -43,6 +43,8 @@ class Ask:
     needed: Role | None = None
     """Least role for it; None: it is the core's own, which asks nobody."""
     consent: Consent = NO_CONSENT
+    starts: bool = False
+    """It sets the motor running."""
     moves: bool = False
     """It can move the motor, so that the end of its lease has to be made good."""
     sets: frozenset[str] = frozenset()

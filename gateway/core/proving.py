@@ -115,6 +115,7 @@ def prove(
     """Watch for the step's own proof. A command whose reply was lost may still be proved by it."""
     proved = yield Prove(step.until, sent.at, sent.at + step.within)
     if proved:
+        ask.drive.expected.obeyed(sent.raws)
         return outcome
     missing = [term for term in step.until if not _shows(ask, store, term, sent.at)]
     seen = [_seen(ask, store, term, sent.at) for term in missing]

@@ -277,6 +277,7 @@ class Writes:
     def frame_left(self, ask: Ask, at: float) -> None:
         """A frame that can change the drive left (`Services`)."""
         self._asks.starts.frame_left(ask.number, at)
+        ask.drive.expected.leaving(starts=ask.starts, stops=ask.urgent, may_start=ask.moves and not ask.sets)
 
     def ramping(self, ask: Ask, point: str, target: float | None) -> None:
         """A setpoint is on its way to a value, or no longer (`Services`)."""

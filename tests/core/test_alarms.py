@@ -140,3 +140,21 @@ def test_r2_a_journal_that_cannot_be_written_is_an_alarm_that_health_shows() -> 
     assert done.verdict is Verdict.CONFIRMED
     world.run(0.5)
     assert world.core.alarms.standing() == ()
+
+
+def test_alarms_that_nobody_has_seen_survive_a_restart() -> None:
+    world = World()
+    world.run(0.5)
+    now = world.instant()
+    world.core.alarms.raise_("fan-1", "restarted", "fan-1 restarted", now, once=True)
+    world.core.alarms.raise_("fan-1", "comm_loss", "it would run on", now)
+    world.core.alarms.raise_("fan-1", "local", "the panel has it", now)
+    world.core.alarms.acknowledge("fan-1.local", OPERATOR, Role.ADMIN, now)
+    world.run(0.5)
+    world.restart()
+    world.run(0.5)
+    standing = world.core.alarms.standing()
+    assert {alarm.key for alarm in standing} == {"fan-1.restarted", "fan-1.comm_loss"}
+    assert all(alarm.cleared for alarm in standing)
+    world.core.alarms.raise_("fan-1", "comm_loss", "it would run on", world.instant())
+    assert [a.cleared for a in world.core.alarms.standing() if a.name == "comm_loss"] == [0]

@@ -8,8 +8,10 @@ from typing import Any
 
 from gateway.bridge.api import DEFAULT_TTL
 from gateway.bridge.messages import RunCommand, WriteTag
+from gateway.core.broadcasting import command_all, everybody_of, why_off
 from gateway.core.drive import Drive
 from gateway.core.guard import (
+    NO_CONSENT,
     Ended,
     check_arguments,
     check_command,
@@ -26,7 +28,7 @@ from gateway.core.store import Store
 from gateway.core.writing import run_command, write_point
 from gateway.mapping.profile import Kind
 from gateway.mapping.site import SETPOINT, Site
-from gateway.tag import Cause, Instant, Origin, Role, Verdict, split_tag
+from gateway.tag import Cause, Instant, Origin, Role, Verdict, own_name, split_tag
 
 Facts = Mapping[str, Any]
 Prepared = tuple[Ask, Procedure]
@@ -53,6 +55,8 @@ class Asks:
         self._permits = permits
         self._up = up
         self.starts = Starts(site.starts)
+        self._off = {own_name(line.name): why_off(line) for line in site.lines}
+        self._lines = {all_.name: (all_, members) for all_, members in everybody_of(site, drives)}
 
     def prepare(
         self, number: int, session: int, request: WriteTag | RunCommand, about: Facts, now: Instant
@@ -101,6 +105,8 @@ class Asks:
     def _command(
         self, number: int, session: int, request: RunCommand, about: Facts, now: Instant
     ) -> Prepared:
+        if request.drive in self._lines:
+            return self._command_all(number, session, request, about, now)
         drive = self._drive(request.drive, Cause.UNKNOWN_COMMAND)
         command = check_command(drive, request.name)
         consent = self._permits.arriving(drive, request, session, command.role, urgent=command.urgent)
@@ -127,6 +133,40 @@ class Asks:
             sets=sets,
         )
         return ask, run_command(ask, self._store, command, args, self.starts)
+
+    def _command_all(
+        self, number: int, session: int, request: RunCommand, about: Facts, now: Instant
+    ) -> Prepared:
+        """A command to all drives of a line (H18): whatever speaks against one of them speaks against it."""
+        all_, members = self._lines[request.drive]
+        command = check_command(all_, request.name)
+        starts = starts_motor(command)
+        consent = NO_CONSENT
+        for member in members:
+            consent = self._permits.arriving(member, request, session, command.role, urgent=command.urgent)
+            if starts and self.starts.concern(member, command):
+                raise refuse(Cause.PRECONDITION, f"{member.name} may not start at the same time as others")
+        args = check_arguments(all_, self._store, command, request.args, consent)
+        for member in () if command.urgent else members:
+            self._check_there(member, request)
+        ask = Ask(
+            number,
+            all_,
+            all_.tag(command.name),
+            request.origin,
+            now,
+            None if command.urgent else now.mono + request.ttl,
+            urgent=command.urgent,
+            wanted=dict(request.args),
+            about=about,
+            session=session,
+            needed=command.role,
+            consent=consent,
+            starts=starts,
+            moves=True,
+            members=members,
+        )
+        return ask, command_all(ask, self._store, command, args)
 
     # -- what the core asks for reasons of its own
 
@@ -161,6 +201,8 @@ class Asks:
 
     def _drive(self, name: str, cause: Cause) -> Drive:
         drive = self._drives.get(name)
+        if drive is None and name in self._off:
+            raise refuse(cause, self._off[name])
         if drive is None:
             raise refuse(cause, f"there is no drive {name} (there are {', '.join(self._drives)})")
         return drive

@@ -195,8 +195,9 @@ class Control:
         if outcome.verdict is not Verdict.CONFIRMED:
             return
         if ask.urgent:
-            ask.drive.expected.runs = False
-            self._leases.stopped(ask.drive, ask.asked.mono)
+            for drive in ask.drives:
+                drive.expected.runs = False
+                self._leases.stopped(drive, ask.asked.mono)
         elif ask.sets:
             ask.drive.setpoint = (ask.origin, self._now.mono)
 

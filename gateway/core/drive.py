@@ -232,6 +232,8 @@ def unit_facts(config: DriveConfig) -> UnitFacts:
 
 
 def _probe(config: DriveConfig, points: list[Point]) -> tuple[int, int]:
+    if not points:
+        return 0, 0
     named = config.profile.points.get(config.profile.modbus.probe)
     point = named or next((p for p in points if p.kind == "status"), points[0])
     return point.address, point.words

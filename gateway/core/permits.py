@@ -55,10 +55,11 @@ class Permits:
 
     def accepted(self, ask: Ask, now: Instant) -> None:
         """A request passed all checks: it acquires or renews the lease."""
-        if ask.urgent:
-            self._leases.stopping(ask.drive, ask.origin, now)
-        else:
-            self._leases.use(ask.drive, ask.origin, ask.session, ask.moves, now)
+        for drive in ask.drives:
+            if ask.urgent:
+                self._leases.stopping(drive, ask.origin, now)
+            else:
+                self._leases.use(drive, ask.origin, ask.session, ask.moves, now)
 
     def still(self, ask: Ask) -> Ended | None:
         """Why a frame of this request may not go any more; None if it may."""
@@ -68,13 +69,17 @@ class Permits:
             if self._clients.get(ask.session) is None:
                 raise refuse(Cause.NO_RIGHTS, "whoever asked was gone before it could be sent")
             check_rights(ask.needed, ask.origin, self._clients.ceiling(ask.session))
-            self._check_drive(ask.drive)
-            self._leases.check(ask.drive, ask.origin)
-            if not self._leases.holds(ask.drive, ask.origin):
-                raise refuse(Cause.LEASE, f"the lease of {ask.drive.name} was lost before it could be sent")
+            for drive in ask.drives:
+                self._check_still(drive, ask.origin)
         except Ended as ended:
             return ended
         return None
+
+    def _check_still(self, drive: Drive, origin: Origin) -> None:
+        self._check_drive(drive)
+        self._leases.check(drive, origin)
+        if not self._leases.holds(drive, origin):
+            raise refuse(Cause.LEASE, f"the lease of {drive.name} was lost before it could be sent")
 
     def _check_drive(self, drive: Drive) -> None:
         self._maintenance.check(drive)

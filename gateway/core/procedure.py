@@ -49,6 +49,8 @@ class Ask:
     """It can move the motor, so that the end of its lease has to be made good."""
     sets: frozenset[str] = frozenset()
     """Setpoints that it writes."""
+    members: tuple[Drive, ...] = ()
+    """The drives that a command to all of a line is for; ``drive`` is the line itself then."""
     about: Mapping[str, Any] = field(default_factory=dict, hash=False)
     """What each of its entries in the journal tells (`gateway.core.attempts.ABOUT`)."""
 
@@ -58,6 +60,11 @@ class Ask:
         return self.needed is None
 
     @property
+    def drives(self) -> tuple[Drive, ...]:
+        """The drives that it concerns."""
+        return self.members or (self.drive,)
+
+    @property
     def harmless(self) -> bool:
         """It is carried out even while it cannot be put on record (safety.md R2)."""
         return self.urgent or self.to_zero
@@ -65,12 +72,12 @@ class Ask:
 
 @dataclass(frozen=True, slots=True)
 class Lane:
-    """Wait until nobody else is writing to this drive; answered with the time (monotonic)."""
+    """Wait until nobody else is writing to the drives concerned; answered with the time (monotonic)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Leave:
-    """Let the next one write to this drive."""
+    """Let the next ones write to the drives concerned."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,8 +122,8 @@ class Pause:
 
 @dataclass(frozen=True, slots=True)
 class Prove:
-    """Watch the drive until the condition holds in values read after ``since``, at the latest until
-    ``until`` (monotonic both); answered with True or False."""
+    """Watch the drives concerned until the condition holds on all of them in values read after ``since``, at
+    the latest until ``until`` (monotonic both); answered with True or False."""
 
     condition: Condition
     since: float
@@ -149,13 +156,23 @@ class Owing:
 
 
 @dataclass(frozen=True, slots=True)
+class StopEach:
+    """Stop these drives, each by a stop of its own; answered with what became of each, in order."""
+
+    drives: tuple[Drive, ...]
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
 class Report:
     """Tell the asker this outcome now, although the procedure goes on; what comes later is only noted."""
 
     outcome: Outcome
 
 
-Effect = Report | Lane | Leave | Exchange | Intend | Pause | Prove | IsLast | IsOutrun | Ramping | Owing
+Effect = (
+    Report | Lane | Leave | Exchange | Intend | Pause | Prove | IsLast | IsOutrun | Ramping | Owing | StopEach
+)
 Procedure = Generator[Effect, Any, Outcome]
 
 

@@ -150,8 +150,9 @@ class Writes:
     def _check_room(self, ask: Ask, key: Key | None) -> None:
         if ask.urgent:
             return
-        if self._runner.insists(ask.drive):
-            raise refuse(Cause.PRECONDITION, f"a stop of {ask.drive.name} is not answered yet; it goes first")
+        for drive in ask.drives:
+            if self._runner.insists(drive):
+                raise refuse(Cause.PRECONDITION, f"a stop of {drive.name} is not answered yet; it goes first")
         if len(self._pending) > MAX_UNDER_WAY:
             raise refuse(Cause.OVERFLOW, f"{MAX_UNDER_WAY} writes are under way already")
         if key is not None and not self._once.room(self._trail.lived):
@@ -244,7 +245,7 @@ class Writes:
 
         def which(ask: Ask) -> bool:
             mine = ask.needed is not None and (whose is None or same(whose, ask.origin))
-            return ask.drive is drive and mine
+            return drive in ask.drives and mine
 
         self._runner.drop(which, objection, self._now.mono)
 
@@ -269,6 +270,10 @@ class Writes:
 
     # -- services of the runner
 
+    def now(self) -> float:
+        """The present moment (`Services`)."""
+        return self._now.mono
+
     def objection(self, ask: Ask) -> Outcome | None:
         """Why no frame of an ask may go any more (`Services`)."""
         objection = self._control.permits.still(ask)
@@ -277,7 +282,8 @@ class Writes:
     def frame_left(self, ask: Ask, at: float) -> None:
         """A frame that can change the drive left (`Services`)."""
         self._asks.starts.frame_left(ask.number, at)
-        ask.drive.expected.leaving(starts=ask.starts, stops=ask.urgent, may_start=ask.moves and not ask.sets)
+        for drive in ask.drives:
+            drive.expected.leaving(starts=ask.starts, stops=ask.urgent, may_start=ask.moves and not ask.sets)
 
     def ramping(self, ask: Ask, point: str, target: float | None) -> None:
         """A setpoint is on its way to a value, or no longer (`Services`)."""

@@ -6,14 +6,15 @@ same setpoint takes the place of a waiting one, and a stop that of everything bu
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Protocol
 
 from gateway.core.conditions import contradicted, proved
 from gateway.core.drive import Drive
 from gateway.core.guard import Ended
+from gateway.core.lanes import Lanes
 from gateway.core.procedure import (
     Ask,
     Effect,
@@ -30,6 +31,7 @@ from gateway.core.procedure import (
     Prove,
     Ramping,
     Report,
+    StopEach,
 )
 from gateway.core.store import Store
 from gateway.line.interface import Job, Result, Write
@@ -63,6 +65,12 @@ class Services(Protocol):
 
     def frame_left(self, ask: Ask, at: float) -> None:
         """A frame that can change the drive left (monotonic)."""
+
+    def stop_by_itself(self, drive: Drive, why: str, done: Callable[[Outcome], None]) -> None:
+        """Stop a drive for a reason of the core's own; ``done`` hears what became of it."""
+
+    def now(self) -> float:
+        """The present moment (monotonic)."""
 
     def ramping(self, ask: Ask, point: str, target: float | None) -> None:
         """A setpoint is on its way to a value, or no longer (None)."""
@@ -110,7 +118,7 @@ class Runner:
         self._jobs: dict[int, int] = {}
         self._notes: dict[int, tuple[int, int, bool]] = {}
         """Of the intents that are not on disk yet: ask, frame, and whether they get there in any case."""
-        self._lanes: dict[str, deque[int]] = {}
+        self._lanes = Lanes()
 
     def start(self, ask: Ask, procedure: Procedure, now: float) -> None:
         """Begin a procedure; an urgent one first puts an end to what others have under way."""
@@ -125,7 +133,7 @@ class Runner:
 
     def insists(self, drive: Drive) -> bool:
         """True while a stop of this drive is not answered although its asker has given up waiting."""
-        return any(running.told and running.ask.drive is drive for running in self._running.values())
+        return any(running.told and drive in running.ask.drives for running in self._running.values())
 
     def job_sent(self, job: int, at: float) -> None:
         """The request of a job leaves at ``at``."""
@@ -163,7 +171,8 @@ class Runner:
             running.objection = running.objection or self._services.objection(running.ask)
             if running.objection is not None:
                 return False
-        return contradicted(running.ask.drive, self._store, running.effect.condition) is None
+        condition = running.effect.condition
+        return all(contradicted(drive, self._store, condition) is None for drive in running.ask.drives)
 
     def drop(self, which: Callable[[Ask], bool], objection: Outcome, now: float) -> None:
         """Asks that may not go on: what was not sent ends at once, and of the others no more frames go."""
@@ -177,9 +186,10 @@ class Runner:
         """New samples of a drive are in the store: look whether a proof is complete."""
         for running in list(self._running.values()):
             effect = running.effect
-            if not isinstance(effect, Prove) or running.ask.drive.name != drive:
+            drives = running.ask.drives
+            if not isinstance(effect, Prove) or not any(each.name == drive for each in drives):
                 continue
-            if proved(running.ask.drive, self._store, effect.condition, effect.since):
+            if all(proved(each, self._store, effect.condition, effect.since) for each in drives):
                 self._advance(running, True, now)
 
     def tick(self, now: float) -> None:
@@ -223,9 +233,7 @@ class Runner:
         """Begin an effect: whether the procedure has to wait for it, and its answer if not."""
         match effect:
             case Lane():
-                lane = self._lanes.setdefault(running.ask.drive.name, deque())
-                lane.append(running.ask.number)
-                return lane[0] != running.ask.number, now
+                return not self._lanes.enter(running.ask.number, _names(running)), now
             case Exchange():
                 self._exchange(running, effect)
             case Intend():
@@ -238,6 +246,8 @@ class Runner:
                 self._services.watch_for(
                     _name(running), dict.fromkeys(_tags(running, effect.condition), PROOF_PERIOD)
                 )
+            case StopEach():
+                self._stop_each(running, effect)
             case _:
                 return False, self._answer(running, effect, now)
         return True, None
@@ -263,8 +273,7 @@ class Runner:
         return None
 
     def _is_last(self, running: Running) -> bool:
-        lane = self._lanes.get(running.ask.drive.name, ())
-        others = (self._running[number].ask for number in lane if number != running.ask.number)
+        others = (self._running[number].ask for number in self._lanes.beside(running.ask.number))
         return not any(other.then == running.ask.then for other in others)
 
     def _intend(self, running: Running, effect: Intend, now: float) -> None:
@@ -303,15 +312,24 @@ class Runner:
         job = Job(running.job, effect.request, effect.priority, effect.deadline)
         self._services.ask_line(running.ask.drive.line, job)
 
+    def _stop_each(self, running: Running, effect: StopEach) -> None:
+        """Begin a stop of each drive; the procedure goes on when all of them have an outcome."""
+        outcomes: dict[str, Outcome] = {}
+
+        def done(drive: Drive, outcome: Outcome) -> None:
+            outcomes.setdefault(drive.name, outcome)
+            if len(outcomes) == len(effect.drives) and running.effect is effect:
+                answer = [outcomes[each.name] for each in effect.drives]
+                self._advance(running, answer, self._services.now())
+
+        for drive in effect.drives:
+            self._services.stop_by_itself(drive, effect.why, partial(done, drive))
+
     def _leave(self, running: Running, now: float) -> None:
         """Take a procedure out of its lane and let the next one in."""
-        lane = self._lanes.get(running.ask.drive.name)
-        if not lane or running.ask.number not in lane:
-            return
-        first = lane[0] == running.ask.number
-        lane.remove(running.ask.number)
-        if first and lane:
-            self._advance(self._running[lane[0]], now, now)
+        for number in self._lanes.leave(running.ask.number):
+            if number in self._running:
+                self._advance(self._running[number], now, now)
 
     def _leave_proof(self, running: Running) -> None:
         if isinstance(running.effect, Prove):
@@ -321,7 +339,8 @@ class Runner:
     def _abandon(self, by: Ask, which: Callable[[Running], bool], what: str) -> None:
         """End other procedures on the same drive, as superseded."""
         for running in list(self._running.values()):
-            if running.ask.drive is by.drive and running.ask.number in self._running and which(running):
+            meets = not set(by.drives).isdisjoint(running.ask.drives)
+            if meets and running.ask.number in self._running and which(running):
                 late = "" if running.sent is None else " after it was sent and before it was proved"
                 reason = f"{what} took its place{late}"
                 outcome = Outcome(verdict=Verdict.SUPERSEDED, cause=Cause.SUPERSEDED, reason=reason)
@@ -355,7 +374,11 @@ def _faulty(running: Running, error: Exception) -> Outcome:
 
 
 def _tags(running: Running, condition: Condition) -> list[str]:
-    return [running.ask.drive.tag(term.name) for term in condition if not term.setting]
+    return [drive.tag(term.name) for drive in running.ask.drives for term in condition if not term.setting]
+
+
+def _names(running: Running) -> list[str]:
+    return [drive.name for drive in running.ask.drives]
 
 
 def _name(running: Running) -> str:

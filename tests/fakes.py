@@ -161,6 +161,7 @@ def small_catalogue(drive: str = "fan-1") -> Catalogue:
         topic="plant7/_gateway/gw1/lines/north",
         title="Line north",
         points=(utilisation,),
+        commands=(CommandInfo(name="stop_all"), CommandInfo(name="run_forward_all")),
     )
     return Catalogue(
         site="plant7",

@@ -90,7 +90,8 @@ class CommandInfo(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True)
 class OwnerInfo(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     """Something that has points: a drive, a line (``_north``), the gateway itself (``_gateway``).
 
-    ``topic`` begins all its topics (``plant7/fan-1``). ``title`` says what it is.
+    ``topic`` begins all its topics (``plant7/fan-1``). ``title`` says what it is. The ``commands`` of a line
+    are for all its drives at once.
     """
 
     name: str
@@ -99,6 +100,7 @@ class OwnerInfo(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     topic: str = ""
     title: str
     points: tuple[PointInfo, ...]
+    commands: tuple[CommandInfo, ...] = ()
 
 
 class DriveInfo(OwnerInfo, frozen=True, kw_only=True, omit_defaults=True):
@@ -110,7 +112,6 @@ class DriveInfo(OwnerInfo, frozen=True, kw_only=True, omit_defaults=True):
     profile: str
     maker: str
     model: str
-    commands: tuple[CommandInfo, ...] = ()
     control: ControlInfo = ControlInfo()
 
 
@@ -354,7 +355,7 @@ class Bridge(Protocol):
         id: str = "",
         confirm: str = "",
     ) -> Outcome:
-        """Carry out a command of the profile; as `write`."""
+        """Carry out a command of a drive, or of a line (``_north``) for all its drives; as `write`."""
         ...
 
     def turned_away(self, what: str, wanted: Any, origin: Origin, outcome: Outcome) -> None:

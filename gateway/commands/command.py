@@ -15,19 +15,21 @@ if TYPE_CHECKING:
 
     from gateway.tag import Outcome
 
-STOP = "stop"
-"""Needs no lease."""
+STOPS = ("stop", "stop_all")
+"""These need no lease."""
 
 EXAMPLES = """
 gateway command site.yaml fan-1 run_forward frequency=60
 
 gateway command site.yaml fan-1 stop
+
+gateway command site.yaml north stop_all
 """
 
 
 def command(  # noqa: PLR0913 - the options of the command line
     site: SiteFile,
-    drive: Annotated[str, typer.Argument(metavar="DRIVE", help="The drive's name.")],
+    drive: Annotated[str, typer.Argument(metavar="DRIVE", help="A drive; or a line, for all its drives.")],
     name: Annotated[str, typer.Argument(metavar="NAME", help="The command's name.")],
     args: Annotated[list[str] | None, typer.Argument(metavar="ARG=VALUE")] = None,
     ttl: TimeToLive = 5.0,
@@ -57,21 +59,21 @@ async def _command(  # noqa: PLR0913 - the options of the command line
     as_json: bool,
 ) -> None:
     from gateway.terminal.connect import local_origin, open_bridge
-    from gateway.terminal.leasing import Hand, finish_under
+    from gateway.terminal.leasing import finish_under, hand_on
     from gateway.terminal.output import finish
     from gateway.terminal.sites import load, refuse_absent
-    from gateway.terminal.words import arguments, find_command, find_drive
+    from gateway.terminal.words import arguments, find_command, find_commanded
 
     loaded = load(path)
     refuse_absent(loaded, drive, name)
     async with open_bridge(loaded) as bridge:
-        found, origin = find_drive(bridge.catalogue, drive), local_origin()
+        found, origin = find_commanded(bridge.catalogue, drive), local_origin()
         args = arguments(find_command(found, name), words)
         asked = " ".join([drive, name, *words])
 
         def work() -> Awaitable[Outcome]:
-            return bridge.command(drive, name, args, origin, ttl, confirm=confirm)
+            return bridge.command(found.name, name, args, origin, ttl, confirm=confirm)
 
-        if name == STOP:
+        if name in STOPS:
             finish(asked, await work(), as_json)
-        await finish_under(Hand(bridge, found, origin), asked, work, hold, as_json)
+        await finish_under(hand_on(bridge, found, origin, hold), asked, work, hold, as_json)

@@ -15,6 +15,7 @@ from gateway.bridge.api import (
     OwnerInfo,
     PointInfo,
 )
+from gateway.core.broadcasting import everybody
 from gateway.core.drive import Drive
 from gateway.core.meaning import is_fixed
 from gateway.core.own import OwnTags
@@ -34,12 +35,16 @@ def catalogue_of(site: Site, drives: list[Drive], own: OwnTags, version: str, ge
         rates=dict(site.rates),
         writes_enabled=site.writes_enabled,
         drives=tuple(_drive_info(drive, own) for drive in drives),
-        lines=tuple(_line_info(site, line, own) for line in site.lines),
+        lines=tuple(_line_info(site, line, everybody(line, _on(drives, line)), own) for line in site.lines),
         own=(_gateway_info(site, own),),
     )
 
 
-def _line_info(site: Site, line: LineConfig, own: OwnTags) -> OwnerInfo:
+def _on(drives: list[Drive], line: LineConfig) -> list[Drive]:
+    return [drive for drive in drives if drive.line == line.name]
+
+
+def _line_info(site: Site, line: LineConfig, all_: Drive | None, own: OwnTags) -> OwnerInfo:
     name = own_name(line.name)
     return OwnerInfo(
         name=name,
@@ -47,6 +52,9 @@ def _line_info(site: Site, line: LineConfig, own: OwnTags) -> OwnerInfo:
         topic=f"{site.site}/{GATEWAY}/{site.gateway}/lines/{line.name}",
         title=f"Line {line.name} at {line.port}",
         points=own.infos(name),
+        commands=tuple(_command_info(all_, command) for command in all_.profile.commands.values())
+        if all_
+        else (),
     )
 
 

@@ -10,12 +10,14 @@ import asyncio
 import contextlib
 import signal
 import sys
-from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, Sequence
+from functools import partial
 
 import typer
 
-from gateway.bridge.api import Bridge, ControlState, DriveInfo, LeaseAct
-from gateway.tag import Origin, Outcome, Verdict
+from gateway.bridge.api import Bridge, ControlState, DriveInfo, LeaseAct, OwnerInfo
+from gateway.tag import Origin, Outcome, Verdict, own_name
+from gateway.terminal.errors import UsageError
 from gateway.terminal.output import tell
 
 Work = Callable[[], Awaitable[Outcome]]
@@ -107,7 +109,43 @@ class Hand:
         return await self._bridge.lease(self._drive.name, act, self._origin)
 
 
-async def finish_under(hand: Hand, asked: str, work: Work, hold: bool, as_json: bool) -> None:
+class Hands:
+    """The hands of this command on all drives of a line."""
+
+    def __init__(self, hands: Sequence[Hand]) -> None:
+        self._hands = hands
+
+    async def carry_out(self, work: Work) -> Outcome:
+        """As `Hand.carry_out`."""
+        for hand in self._hands:
+            work = partial(hand.carry_out, work)
+        return await work()
+
+    async def let_go(self) -> None:
+        """As `Hand.let_go`."""
+        for hand in self._hands:
+            await hand.let_go()
+
+    async def hold(self) -> bool:
+        """`hand_on` lets nobody stay on several drives at once."""
+        return True
+
+
+def hand_on(bridge: Bridge, found: OwnerInfo, origin: Origin, hold: bool) -> Hand | Hands:
+    """The hand on a drive, or on all drives of a line.
+
+    Raises:
+        UsageError: if it should stay on several drives.
+    """
+    if isinstance(found, DriveInfo):
+        return Hand(bridge, found, origin)
+    if hold:
+        raise UsageError("--hold is for one drive; acquire the others by name (gateway lease)")
+    drives = [drive for drive in bridge.catalogue.drives if own_name(drive.line) == found.name]
+    return Hands([Hand(bridge, drive, origin) for drive in drives])
+
+
+async def finish_under(hand: Hand | Hands, asked: str, work: Work, hold: bool, as_json: bool) -> None:
     """Carry out a write or command, print what became of it, then hold the lease or release it.
 
     Raises:

@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TypeVar
 
-from gateway.bridge.api import Catalogue, CommandInfo, DriveInfo, PointInfo
+from gateway.bridge.api import Catalogue, CommandInfo, DriveInfo, OwnerInfo, PointInfo
 from gateway.tag import Value, ValueType, matches, tag_of
 from gateway.terminal.errors import UsageError
 
@@ -56,7 +56,15 @@ def find_drive(catalogue: Catalogue, name: str) -> DriveInfo:
     return _find({drive.name: drive for drive in catalogue.drives}, name, "drive")
 
 
-def find_command(drive: DriveInfo, name: str) -> CommandInfo:
+def find_commanded(catalogue: Catalogue, name: str) -> OwnerInfo:
+    """The drive of that name, else the line whose drives can be commanded together (``north``, ``_north``).
+    Raises UsageError if there is none."""
+    lines = {alias: line for line in catalogue.lines if line.commands for alias in (line.browse, line.name)}
+    drives = {drive.name: drive for drive in catalogue.drives}
+    return _find({**lines, **drives}, name, "drive")
+
+
+def find_command(drive: OwnerInfo, name: str) -> CommandInfo:
     """The command of a drive. Raises UsageError if there is none."""
     return _find({command.name: command for command in drive.commands}, name, f"command of {drive.name}")
 

@@ -4,13 +4,23 @@ from __future__ import annotations
 
 import math
 
+import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from gateway.tag import ValueType
 from gateway.terminal.errors import UsageError
-from gateway.terminal.words import arguments, find_command, find_drive, find_point, read_value, select, split
+from gateway.terminal.words import (
+    arguments,
+    find_command,
+    find_commanded,
+    find_drive,
+    find_point,
+    read_value,
+    select,
+    split,
+)
 from tests.fakes import small_catalogue
 
 CATALOGUE = small_catalogue()
@@ -122,3 +132,18 @@ def test_unknown_names() -> None:
 
 def test_only_the_first_equals_sign_splits() -> None:
     assert split("fan-1.label=a=b") == ("fan-1.label", "a=b")
+
+
+def test_a_line_is_commanded_by_its_name_or_the_gateways_name_for_it() -> None:
+    line = CATALOGUE.lines[0]
+    assert find_commanded(CATALOGUE, "north") is line
+    assert find_commanded(CATALOGUE, "_north") is line
+    assert find_command(line, "stop_all").name == "stop_all"
+    with pytest.raises(UsageError, match="did you mean north"):
+        find_commanded(CATALOGUE, "nort")
+
+
+def test_a_drive_that_is_called_like_a_line_goes_first() -> None:
+    [fan] = CATALOGUE.drives
+    renamed = msgspec.structs.replace(fan, name="north")
+    assert find_commanded(msgspec.structs.replace(CATALOGUE, drives=(renamed,)), "north") is renamed

@@ -29,13 +29,21 @@ class Bench:
         self.outbox = Outbox()
         self.now = Instant(100.0, WALL)
         self.runner = Runner(self.bridge, Role.OPERATOR, "mqtt://b:1883")
-        drives = self.bridge.catalogue.drives
-        topics = Topics("plant7", "gw1", drives)
-        self.commander = Commander(topics, drives, self.runner, self.outbox, lambda: self.now)
+        catalogue = self.bridge.catalogue
+        topics = Topics("plant7", "gw1", catalogue.drives, catalogue.lines)
+        self.commander = Commander(topics, catalogue.owners, self.runner, self.outbox, lambda: self.now)
 
-    def send(self, name: str, document: Any = None, *, retain: bool = False, **extras: Any) -> None:
+    def send(
+        self,
+        name: str,
+        document: Any = None,
+        *,
+        retain: bool = False,
+        to: str = "plant7/fan-1",
+        **extras: Any,
+    ) -> None:
         payload = b"" if document is None else json.dumps(document).encode()
-        topic = f"plant7/fan-1/cmd/{name}"
+        topic = f"{to}/cmd/{name}"
         self.commander.receive(
             Incoming(topic=topic, payload=payload, retain=retain, epoch=EPOCH, arrived=self.now, **extras)
         )
@@ -88,6 +96,34 @@ async def test_too_many_commands_are_refused_but_stop_passes(bench: Bench) -> No
     assert sum(answer.get("cause") == "overflow" for _, answer in answers) == 10
     assert len(bench.bridge.writes) == LIMIT
     assert ("stop", "confirmed") in [(topic.rsplit("/")[-1], a["verdict"]) for topic, a in answers]
+
+
+LINE = "plant7/_gateway/gw1/lines/north"
+
+
+async def test_a_stop_to_all_passes_too_without_id_or_payload(bench: Bench) -> None:
+    bench.bridge.delay = 0.05
+    for number in range(LIMIT):
+        bench.set_frequency(str(number))
+    bench.send("stop_all", to=LINE)
+    answers = await bench.answers()
+    assert (f"{LINE}/ack/stop_all", "confirmed") in [(topic, a["verdict"]) for topic, a in answers]
+    assert [(owner, name) for owner, name, *_ in bench.bridge.commands] == [("_north", "stop_all")]
+
+
+async def test_other_commands_to_all_are_as_fresh_as_any(bench: Bench) -> None:
+    bench.send("run_forward_all", to=LINE)
+    bench.send("run_forward_all", {"id": "a", "epoch": EPOCH}, to=LINE)
+    bench.send("utilisation", {"id": "b", "epoch": EPOCH, "v": 1}, to=LINE)
+    bench.send("lease", {"id": "c", "epoch": EPOCH, "v": "acquire"}, to=LINE)
+    answers = [(answer["id"], answer["verdict"]) for _, answer in await bench.answers()]
+    assert sorted(answers, key=str) == [
+        ("a", "confirmed"),
+        ("b", "refused"),
+        ("c", "refused"),
+        (None, "refused"),
+    ]
+    assert [(owner, name) for owner, name, *_ in bench.bridge.commands] == [("_north", "run_forward_all")]
 
 
 async def test_of_a_flood_of_stops_the_newest_is_carried_out_and_all_are_answered(bench: Bench) -> None:

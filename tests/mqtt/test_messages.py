@@ -74,6 +74,12 @@ def test_data_says_the_time_once_unless_it_differs() -> None:
     }
 
 
+def test_meta_of_a_line_tells_what_all_its_drives_can_be_told() -> None:
+    meta = json.loads(payload.line_meta(small_catalogue().lines[0], "gw1"))
+    assert (meta["gateway"], meta["title"]) == ("gw1", "Line north")
+    assert list(meta["commands"]) == ["stop_all", "run_forward_all"]
+
+
 def test_meta_tells_what_a_client_needs_to_know() -> None:
     meta = json.loads(payload.meta(FAN, "gw1", ["output_frequency"]))
     setpoint = meta["points"]["frequency_command"]

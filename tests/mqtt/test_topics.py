@@ -17,6 +17,7 @@ from tests.northbound import named_catalogue
 
 FAN = small_catalogue().drives[0]
 TOPICS = Topics("plant7", "gw1", [FAN])
+LINE = small_catalogue().lines[0]
 NAMED = Topics("plant7", "gw1", named_catalogue().drives)
 level = st.from_regex(r"[a-z0-9_-]{1,8}", fullmatch=True)
 levels = st.lists(level, min_size=1, max_size=3).map("/".join)
@@ -34,6 +35,23 @@ def test_the_default_rule() -> None:
     assert TOPICS.commands == ("plant7/fan-1/cmd/#",)
     assert TOPICS.event("fan-1") == "plant7/fan-1/event"
     assert TOPICS.event("") == "plant7/_gateway/gw1/event"
+
+
+def test_a_line_takes_commands_to_all_its_drives() -> None:
+    topics = Topics("plant7", "gw1", [FAN], [LINE])
+    tree = "plant7/_gateway/gw1/lines/north"
+    assert topics.commands == ("plant7/fan-1/cmd/#", f"{tree}/cmd/#")
+    target = topics.command(f"{tree}/cmd/stop_all")
+    assert target == Target("_north", "stop_all", "stop_all")
+    assert topics.ack(target) == f"{tree}/ack/stop_all"
+    assert topics.command(f"{tree}/cmd/lease") == Target("_north", "", "lease")
+    assert topics.meta("_north") == f"{tree}/meta"
+
+
+def test_a_line_without_commands_takes_none() -> None:
+    topics = Topics("plant7", "gw1", [FAN], [msgspec.structs.replace(LINE, commands=())])
+    assert topics.commands == ("plant7/fan-1/cmd/#",)
+    assert topics.command("plant7/_gateway/gw1/lines/north/cmd/stop_all") is None
 
 
 def test_the_names_that_a_site_gives() -> None:

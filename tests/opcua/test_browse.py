@@ -65,11 +65,12 @@ async def test_lines_are_shown_below_the_gateway(gateway: Running) -> None:
     async with client_of(gateway) as client:
         line = await client.nodes.objects.get_child(["3:Gateway", "3:Lines", "2:north"])
         assert line.nodeid == ua.NodeId("_north", 2)
-        assert await names(line) == ["utilisation"]
+        assert await names(line) == ["utilisation", "MethodSet"]
         gateway.bridge.samples["_north.utilisation"] = Sample(
             "_north.utilisation", 97.5, Quality.GOOD, 10**18
         )
         assert await node(client, "_north.utilisation").read_value() == 97.5
+        assert await names(node(client, "_north/MethodSet")) == ["stop_all", "run_forward_all"]
 
 
 async def test_the_nameplate(gateway: Running) -> None:

@@ -201,6 +201,15 @@ async def test_a_method_is_a_command(gateway: Running) -> None:
     assert (drive, name, args, origin.who) == ("fan-1", "run_forward", {"frequency": 30.0}, "operator")
 
 
+@pytest.mark.parametrize("target", ["_north", "_north/MethodSet"])
+async def test_a_method_of_a_line_is_for_all_its_drives(gateway: Running, target: str) -> None:
+    async with client_of(gateway, "operator") as client:
+        result = await call(client, target, "_north.stop_all")
+    assert result.StatusCode.is_good()
+    (((owner, name, args, origin, _, _),)) = gateway.bridge.commands
+    assert (owner, name, args, origin.who) == ("_north", "stop_all", {}, "operator")
+
+
 async def call(client: Client, target: str, method: str, *args: ua.Variant) -> ua.CallMethodResult:
     request = ua.CallMethodRequest(ua.NodeId(target, 2), ua.NodeId(method, 2), list(args))
     (result,) = await client.uaclient.call([request])

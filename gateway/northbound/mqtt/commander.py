@@ -6,7 +6,7 @@ import logging
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
-from gateway.bridge.api import DriveInfo
+from gateway.bridge.api import OwnerInfo
 from gateway.northbound.mqtt import payload
 from gateway.northbound.mqtt.message import Incoming, Lane, Message
 from gateway.northbound.mqtt.once import Entry, Once
@@ -36,7 +36,7 @@ class Reply:
 
 
 class Commander:
-    """Takes the commands of one broker for the drives of one catalogue.
+    """Takes the commands of one broker for the drives of one catalogue, and for lines as a whole.
 
     Messages for other drives are left alone: another gateway answers those.
     """
@@ -44,7 +44,7 @@ class Commander:
     def __init__(
         self,
         topics: Topics,
-        drives: Iterable[DriveInfo],
+        drives: Iterable[OwnerInfo],
         runner: Runner,
         outbox: Outbox,
         clock: Callable[[], Instant],

@@ -6,15 +6,15 @@ from dataclasses import dataclass
 
 import msgspec
 
-from gateway.bridge.api import DEFAULT_TTL, DriveInfo, LeaseAct
+from gateway.bridge.api import DEFAULT_TTL, LeaseAct, OwnerInfo
 from gateway.northbound.mqtt.freshness import time_to_live
 from gateway.northbound.mqtt.message import Incoming
 from gateway.northbound.mqtt.request import MalformedError, Request, lenient_id, parse
 from gateway.northbound.mqtt.topics import LEASE, MAINTENANCE
 from gateway.tag import Value
 
-STOP = "stop"
-"""The command that is taken without id, time, epoch or even a readable payload."""
+STOPS = ("stop", "stop_all")
+"""The commands that are taken without id, time, epoch or even a readable payload."""
 
 Content = bool | int | float | str | dict[str, bool | int | float | str]
 
@@ -67,18 +67,18 @@ class Order:
 
     @property
     def is_stop(self) -> bool:
-        """True for the command that overtakes everything."""
-        return self.name == STOP and isinstance(self.content, dict)
+        """True for the commands that overtake everything."""
+        return self.name in STOPS and isinstance(self.content, dict)
 
 
-def read_order(drive: DriveInfo, name: str, incoming: Incoming) -> Order:
+def read_order(drive: OwnerInfo, name: str, incoming: Incoming) -> Order:
     """The order in a message.
 
     Raises:
         RejectedError: if it is malformed or not fresh.
     """
     is_command = any(command.name == name for command in drive.commands)
-    if is_command and name == STOP:
+    if is_command and name in STOPS:
         id, by = lenient_id(incoming.payload)
         return Order(drive=drive.name, name=name, content={}, id=id, by=by, ttl=DEFAULT_TTL)
     request = _identified(incoming)
@@ -98,7 +98,7 @@ def read_order(drive: DriveInfo, name: str, incoming: Incoming) -> Order:
     )
 
 
-def read_own_order(drive: DriveInfo, name: str, incoming: Incoming) -> Order:
+def read_own_order(drive: OwnerInfo, name: str, incoming: Incoming) -> Order:
     """An order about a drive to the gateway itself: its lease (``v`` is acquire, renew, release or take) or
     maintenance (``v`` is true or false). It must be as fresh as any: an old renewal would keep the lease of
     a dead client alive.

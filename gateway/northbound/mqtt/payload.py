@@ -21,6 +21,7 @@ from gateway.bridge.api import (
     ControlState,
     DriveInfo,
     DriveState,
+    OwnerInfo,
     PointInfo,
 )
 from gateway.tag import Cause, Event, Outcome, Quality, Sample, Severity, Value, split_tag
@@ -175,6 +176,13 @@ def meta(drive: DriveInfo, gateway: str, topics: Iterable[str]) -> bytes:
     )
     commands = {c.name: _command(c) for c in drive.commands}
     return _encode(about | {"control": control, "points": points, "commands": commands})
+
+
+def line_meta(line: OwnerInfo, gateway: str) -> bytes:
+    """What all drives of a line can be told at once."""
+    return _encode(
+        {"gateway": gateway, "title": line.title, "commands": {c.name: _command(c) for c in line.commands}}
+    )
 
 
 def _point(point: PointInfo, published: bool) -> dict[str, Any]:

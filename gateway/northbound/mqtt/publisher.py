@@ -5,7 +5,16 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable
 
-from gateway.bridge.api import Batch, Catalogue, ControlState, DriveState, Happened, PointInfo, Update
+from gateway.bridge.api import (
+    Batch,
+    Catalogue,
+    ControlState,
+    DriveState,
+    Happened,
+    OwnerInfo,
+    PointInfo,
+    Update,
+)
 from gateway.northbound.mqtt import payload
 from gateway.northbound.mqtt.message import Lane, Message
 from gateway.northbound.mqtt.outbox import Outbox
@@ -40,11 +49,19 @@ class Publisher:
             names = [point.name for point in drive.points if tag_of(drive.name, point.name) in self._points]
             meta = payload.meta(drive, self._catalogue.gateway, names)
             self._outbox.retain(self._topics.meta(drive.name), meta)
+        for line in self._commanded_lines():
+            meta = payload.line_meta(line, self._catalogue.gateway)
+            self._outbox.retain(self._topics.meta(line.name), meta)
+
+    def _commanded_lines(self) -> list[OwnerInfo]:
+        """The lines whose drives may be commanded all at once."""
+        return [line for line in self._catalogue.lines if line.commands]
 
     def _own_topics(self) -> set[str]:
         own = {self._topics.state(*split_tag(tag)) for tag in self._points}
         for drive in self._catalogue.drives:
             own |= {t(drive.name) for t in (self._topics.meta, self._topics.status, self._topics.lease)}
+        own |= {self._topics.meta(line.name) for line in self._commanded_lines()}
         return own | {self._topics.gateway_status}
 
     def update(self, update: Update, now: float) -> None:

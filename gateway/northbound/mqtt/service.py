@@ -62,7 +62,7 @@ class Generation:
         self._commander: Commander | None = None
         if settings.role is not None:
             self._runner = Runner(bridge, settings.role, settings.broker.address)
-            self._commander = Commander(topics, catalogue.drives, self._runner, outbox, clock)
+            self._commander = Commander(topics, catalogue.owners, self._runner, outbox, clock)
         receive = self._commander.receive if self._commander else None
         self._link = Link(settings.broker, topics, outbox, catalogue.version, receive)
 

@@ -15,6 +15,7 @@
     <site>/_gateway/<gateway>/event
     <site>/_gateway/<gateway>/state/<point>, data                what the gateway tells of itself
     <site>/_gateway/<gateway>/lines/<line>/state/<point>, data   and of a line, where a rule asks for it
+    <site>/_gateway/<gateway>/lines/<line>/cmd/<command>, ack/<command>, meta   to all drives of a line
 
 ``<drive>`` is what the site calls the drive's tree, ``<site>/<drive name>`` if it calls it nothing;
 ``<point>`` likewise the point's own name. Both may have several levels.
@@ -22,7 +23,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from gateway.bridge.api import CommandInfo, DriveInfo, OwnerInfo, PointInfo
@@ -55,7 +56,7 @@ class Topics:
     """
 
     def __init__(
-        self, site: str, gateway: str, drives: Iterable[DriveInfo] = (), others: Iterable[OwnerInfo] = ()
+        self, site: str, gateway: str, drives: Iterable[DriveInfo] = (), others: Sequence[OwnerInfo] = ()
     ) -> None:
         self._site = check_level(site)
         self._own = f"{site}/{RESERVED}/{check_level(gateway)}"
@@ -67,6 +68,9 @@ class Topics:
         for drive in drives:
             self._add_drive(drive)
         self._check_trees()
+        self._commanded = dict(self._trees)
+        for other in others:
+            self._add_commands(other)
 
     def state(self, drive: str, point: str) -> str:
         """Present value of a point."""
@@ -83,8 +87,8 @@ class Topics:
         return f"{self._trees.get(drive) or self._own_trees.get(drive, self._own)}/event"
 
     def meta(self, drive: str) -> str:
-        """What a drive offers."""
-        return f"{self._trees[drive]}/meta"
+        """What a drive offers, or a line to all its drives."""
+        return f"{self._commanded[drive]}/meta"
 
     def status(self, drive: str) -> str:
         """Whether a drive answers."""
@@ -96,7 +100,7 @@ class Topics:
 
     def ack(self, target: Target) -> str:
         """Answers to the commands for a target."""
-        return f"{self._trees[target.drive]}/ack/{target.place}"
+        return f"{self._commanded[target.drive]}/ack/{target.place}"
 
     @property
     def gateway_status(self) -> str:
@@ -105,14 +109,14 @@ class Topics:
 
     @property
     def commands(self) -> tuple[str, ...]:
-        """The filters that catch the commands for our drives, one for each of them."""
-        return tuple(f"{tree}/cmd/#" for tree in self._trees.values())
+        """The filters that catch the commands for our drives and lines, one for each of them."""
+        return tuple(f"{tree}/cmd/#" for tree in self._commanded.values())
 
     def command(self, topic: str) -> Target | None:
         """What a command topic addresses, exactly; None for a topic that is no command for our drives."""
         if (known := self._targets.get(topic)) is not None:
             return known
-        for drive, tree in self._trees.items():
+        for drive, tree in self._commanded.items():
             if topic.startswith(f"{tree}/cmd/"):
                 return Target(drive, "", topic.removeprefix(f"{tree}/cmd/"))
         return None
@@ -136,6 +140,14 @@ class Topics:
             self._targets[f"{tree}/cmd/{name}"] = Target(drive.name, name, name, own=True)
         for member in members:
             self._add_member(drive.name, tree, member)
+
+    def _add_commands(self, other: OwnerInfo) -> None:
+        """What can be commanded beside drives: a line, all drives of it at once."""
+        if other.commands:
+            self._commanded[other.name] = other.topic
+        for command in other.commands:
+            target = Target(other.name, command.name, command.name)
+            self._targets[f"{other.topic}/cmd/{command.name}"] = target
 
     def _add_member(self, drive: str, tree: str, member: PointInfo | CommandInfo) -> None:
         place = self._places[drive, member.name] = check_levels(member.topic or member.name)

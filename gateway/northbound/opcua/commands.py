@@ -6,7 +6,7 @@ from collections.abc import Awaitable, Sequence
 
 from asyncua import ua
 
-from gateway.bridge.api import ArgumentInfo, Bridge, CommandInfo, DriveInfo
+from gateway.bridge.api import ArgumentInfo, Bridge, CommandInfo, OwnerInfo
 from gateway.northbound.opcua.model import AskCore, MethodNode, Model, variant_type
 from gateway.northbound.opcua.names import drive_node, member_node, own, part_of, standard
 from gateway.northbound.opcua.nodes import NodeBuilder
@@ -20,9 +20,10 @@ OUTPUTS = (
 
 
 def add_command(
-    nodes: NodeBuilder, model: Model, drive: DriveInfo, parent: ua.NodeId, command: CommandInfo
+    nodes: NodeBuilder, model: Model, drive: OwnerInfo, parent: ua.NodeId, command: CommandInfo
 ) -> ua.NodeId:
-    """Add the method of a command below ``parent``; it may be called on that object and on the drive."""
+    """Add the method of a command below ``parent``; it may be called on that object and on the drive (or
+    line)."""
     node = member_node(drive, command)
     nodes.method(node, own(command), parent, command.help)
     if command.args:

@@ -77,6 +77,8 @@ def _add_gateway(nodes: NodeBuilder, model: Model, catalogue: Catalogue) -> None
     for line in catalogue.lines:
         nodes.object(drive_node(line), own(line), lines, description=f"{line.title}.")
         _add_own_points(nodes, model, drive_node(line), line)
+        if line.commands:
+            _add_methods(nodes, model, line, "What all its drives can be told to do at once.")
 
 
 def _add_own_points(nodes: NodeBuilder, model: Model, parent: ua.NodeId, owner: OwnerInfo) -> None:
@@ -97,12 +99,17 @@ def _add_drive(nodes: NodeBuilder, model: Model, drive: DriveInfo, *, writes: bo
     )
     _add_identification(nodes, node, drive)
     _add_parameters(nodes, model, node, drive, writes=writes)
-    methods = part_of(node, "MethodSet")
-    nodes.object(methods, structural("MethodSet"), node, description="What the drive can be told to do.")
-    for command in drive.commands:
-        add_command(nodes, model, drive, methods, command)
+    _add_methods(nodes, model, drive, "What the drive can be told to do.")
     add_lock(nodes, model, drive)
     add_administration(nodes, model, drive)
+
+
+def _add_methods(nodes: NodeBuilder, model: Model, owner: OwnerInfo, description: str) -> None:
+    node = drive_node(owner)
+    methods = part_of(node, "MethodSet")
+    nodes.object(methods, structural("MethodSet"), node, description=description)
+    for command in owner.commands:
+        add_command(nodes, model, owner, methods, command)
 
 
 def _add_identification(nodes: NodeBuilder, node: ua.NodeId, drive: DriveInfo) -> None:

@@ -85,6 +85,6 @@ def _show(profile: Profile, as_json: bool) -> None:
     say("")
     say("\n".join(command_lines(profile.commands, profile.points)))
     if profile.broadcast is not None:
-        say("\nto all drives of a line (unit 0; this version does not send it):")
+        say("\nto all drives of a line (unit 0):")
         console().print(points_table(profile.broadcast.points.values()))
         say("\n".join(command_lines(profile.broadcast.commands, profile.broadcast.points)))

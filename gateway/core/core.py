@@ -119,16 +119,7 @@ class Core:
         )
         self._gaps = self._gap_watch()
         self._watchkeeper = Watchkeeper(self.drives, dict(site.rates), self.polling, self.clients)
-        self._oversight = Oversight(
-            self.drives,
-            self.polling,
-            self.alarms,
-            self.own,
-            self._reads.start,
-            self._replan,
-            self.control,
-        )
-        self.control.permits.objects = self._oversight.objection
+        self._oversight = self._overseer()
         self._health = Wellbeing(
             site.lines, self.lines, self.clients, self._watchkeeper, self.alarms, self.trail, self._gaps
         )
@@ -374,6 +365,12 @@ class Core:
             self.trail.record,
             lambda event: self.clients.tell_all(Happened(event)),
         )
+
+    def _overseer(self) -> Oversight:
+        parts = self.drives, self.polling, self.alarms, self.own
+        oversight = Oversight(*parts, self._reads.start, self._replan, self.control)
+        self.control.permits.objects = oversight.objection
+        return oversight
 
     def _replan(self, tags: Collection[str]) -> None:
         """The demands on these tags changed: tell their lines what is wanted now."""

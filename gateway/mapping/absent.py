@@ -5,15 +5,17 @@ from __future__ import annotations
 from gateway.mapping.profile import Broadcast
 from gateway.mapping.site import DriveConfig
 
-NOT_SENT = "it goes to all drives of a line at once, and this version sends no broadcasts"
-"""Why nothing of a broadcast layout can be used."""
+FOR_ALL = (
+    "it goes to all drives of a line at once, so it is asked of the line, whose `broadcast` says who may"
+)
+"""Why nothing of a broadcast layout can be asked of one drive."""
 
 
 def why_absent(config: DriveConfig, name: str) -> str:
     """Why a drive has no such point or command; empty when its profile does not know it either."""
     broadcast = config.profile.broadcast
     if broadcast is not None and name in members(broadcast):
-        return NOT_SENT
+        return FOR_ALL
     if name in config.ruled_out:
         return (
             f"the settings of {config.name} leave it out ({config.ruled_out[name] or 'it leans on others'})"

@@ -1,4 +1,4 @@
-"""What a profile says of messages to all drives at once: shown, and not sent by this version."""
+"""What a profile says of messages to all drives at once: how to ask for it, and who may."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from gateway.mapping.absent import NOT_SENT, members
+from gateway.mapping.absent import members
 from gateway.mapping.profile import Broadcast, Command, Point
 from gateway.mapping.site import DriveConfig, Site
-from gateway.tag import split_tag
+from gateway.tag import Role, split_tag
 from gateway.terminal.points import point_object
 from gateway.terminal.profiles import command_object
 from gateway.terminal.sheet import command_text, doubt_text, notes, place_text, source_text
@@ -25,6 +25,15 @@ class ForAll:
     config: DriveConfig
     broadcast: Broadcast
     subject: Point | Command
+    role: Role | None
+    """Least role that may command the line as a whole; None: nobody may."""
+
+    @property
+    def how(self) -> str:
+        """How it reaches the wire, in words."""
+        if self.role is None:
+            return f"not at all: {self.config.line} has no `broadcast: {{role: ...}}` in the site file"
+        return f"by the commands of {self.config.line}, {self.role.value} and above (a stop: operator)"
 
 
 def explained_object(found: ForAll) -> dict[str, Any]:
@@ -40,8 +49,8 @@ def explained_object(found: ForAll) -> dict[str, Any]:
         "document": document.title if document else None,
         "section": subject.provenance.place,
         **about,
-        "sent": False,
-        "reason": NOT_SENT,
+        "sent": found.role is not None,
+        "reason": found.how,
     }
 
 
@@ -54,7 +63,7 @@ def explained_lines(found: ForAll) -> Iterator[str]:
 
 def _facts(found: ForAll) -> Iterator[tuple[str, str]]:
     subject = found.subject
-    yield "sent", f"no: {NOT_SENT}"
+    yield "sent", found.how
     yield "document", source_text(subject.provenance, found.config.profile.documents)
     if doubt := doubt_text(subject.provenance):
         yield "doubt", doubt
@@ -72,4 +81,5 @@ def broadcast_of(site: Site, tag: str) -> ForAll | None:
     broadcast = config.profile.broadcast if config is not None else None
     if config is None or broadcast is None or name not in members(broadcast):
         return None
-    return ForAll(config, broadcast, broadcast.points.get(name) or broadcast.commands[name])
+    role = next(line.broadcast for line in site.lines if line.name == config.line)
+    return ForAll(config, broadcast, broadcast.points.get(name) or broadcast.commands[name], role)

@@ -1,10 +1,9 @@
-"""What its plan and this version say against a site, as findings beside those of its file."""
+"""What its plan says against a site, as findings beside those of its file."""
 
 from __future__ import annotations
 
 from gateway.core.planning import LinePlan, line_plans
-from gateway.mapping.absent import NOT_SENT
-from gateway.mapping.finding import Finding, Report, some
+from gateway.mapping.finding import Finding, Report
 from gateway.mapping.node import Node
 from gateway.mapping.reader import read
 from gateway.mapping.site import Site
@@ -12,25 +11,13 @@ from gateway.terminal.planning import repair_text
 
 
 def judged(site: Site) -> list[Finding]:
-    """Warnings about a site that loads: drives that will take their line for dead, and commands of profiles
-    that this version does not send."""
+    """Warnings about a site that loads: drives that will take their line for dead."""
     root, _ = read(site.path.read_bytes(), str(site.path))
     report = Report(str(site.path), root or Node(1, 1, {}))
     for plan in line_plans(site):
         if message := _late(plan):
             report.warn(("lines", plan.line.name), message, _remedy(plan), key=True)
-    first = {drive.profile.name: drive for drive in reversed(site.drives)}
-    for drive in first.values():
-        if drive.profile.broadcast is not None and drive.profile.broadcast.commands:
-            place = ("lines", drive.line, "drives", drive.name, "profile")
-            names = some(list(drive.profile.broadcast.commands))
-            message = f"{names} of `{drive.profile.name}` cannot be used: {_WHY}"
-            report.warn(place, message, "command each drive by itself")
     return report.findings
-
-
-_WHY = NOT_SENT.replace("it goes", "they go")
-"""Why no command of a broadcast layout can be used."""
 
 
 def _late(plan: LinePlan) -> str:

@@ -56,12 +56,11 @@ def profile_object(profile: Profile) -> dict[str, Any]:
 
 
 def broadcast_object(broadcast: Broadcast | None) -> dict[str, Any] | None:
-    """What may be sent to all drives at once, which this version does not do; None when the drive takes no
-    broadcasts."""
+    """What may be sent to all drives at once; None when the drive takes no broadcasts."""
     if broadcast is None:
         return None
     space = _address_space(broadcast.points, broadcast.words, broadcast.commands)
-    return {"unit": 0, "sent": False, **space, **provenance_object(broadcast.provenance)}
+    return {"unit": 0, **space, **provenance_object(broadcast.provenance)}
 
 
 def _address_space(

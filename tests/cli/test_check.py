@@ -19,7 +19,7 @@ lines:
     serial: {serial}
     drives:
 """
-NOT_SENT = "this version sends no broadcasts"
+FOR_ALL = "so it is asked of the line"
 
 
 def site_with(folder: Path, serial: str, *drives: str) -> Path:
@@ -57,18 +57,10 @@ def test_a_line_that_is_fast_enough_is_not_complained_about(tmp_path: Path) -> N
     assert "warning" not in gateway("check", path).out
 
 
-def test_check_says_once_that_broadcasts_are_not_sent(pumps: Path) -> None:
-    checked = gateway("check", pumps)
-    assert checked.code == 0
-    (told,) = [line for line in checked.out.splitlines() if "warning" in line]
-    assert told.startswith(f"{pumps}:8:25: warning: `run_forward_all`, ")
-    assert NOT_SENT in told
-
-
-def test_a_broadcast_is_explained_and_not_sent(pumps: Path) -> None:
+def test_a_broadcast_is_explained_and_not_asked_of_one_drive(pumps: Path) -> None:
     shown = gateway("explain", pumps, "pump-1.run_forward_all")
     assert shown.code == 0
-    assert f"sent      no: it goes to all drives of a line at once, and {NOT_SENT}" in shown.out
+    assert "sent      not at all: north has no `broadcast: {role: ...}` in the site file" in shown.out
     (command,) = gateway("explain", pumps, "pump-1.run_forward_all", "--json").objects
     assert (command["unit_address"], command["sent"]) == (0, False)
     assert command["steps"][0]["registers"] == ["0001H", "0002H"]
@@ -76,11 +68,19 @@ def test_a_broadcast_is_explained_and_not_sent(pumps: Path) -> None:
     assert (point["registers"], point["exact"], point["unit"]) == (["0002H"], "1/300", "%")
     told = gateway("command", pumps, "pump-1", "run_forward_all", "frequency=10")
     assert told.code == 1
-    assert NOT_SENT in told.err
+    assert FOR_ALL in told.err
     told = gateway("write", pumps, "pump-1.frequency_all=10")
     assert told.code == 1
-    assert NOT_SENT in told.err
-    assert "this version does not send it" in gateway("profiles", "s2000").out
+    assert FOR_ALL in told.err
+
+
+def test_who_may_command_all_drives_is_explained(pumps: Path) -> None:
+    pumps.write_text(
+        pumps.read_text().replace("    drives:\n", "    broadcast: {role: engineer}\n    drives:\n", 1)
+    )
+    (command,) = gateway("explain", pumps, "pump-1.run_forward_all", "--json").objects
+    assert command["sent"]
+    assert command["reason"] == "by the commands of north, engineer and above (a stop: operator)"
 
 
 def test_what_settings_leave_out_is_refused_with_the_setting(pumps: Path) -> None:

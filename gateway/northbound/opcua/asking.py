@@ -19,7 +19,7 @@ from gateway.northbound.opcua.given import is_taken, value_of
 from gateway.northbound.opcua.locking import NOT_YOURS, OK
 from gateway.northbound.opcua.model import MethodNode, Model, TagNode
 from gateway.northbound.opcua.status import outcome_status
-from gateway.tag import Cause, Origin, Outcome, Verdict, tag_of
+from gateway.tag import Cause, Origin, Outcome, Verdict
 
 SHOWN = 200
 """Characters of a value that are shown in the journal at most."""
@@ -68,9 +68,7 @@ class Asker:
         if not origin.authenticated:
             objection = _call_refused(ua.StatusCodes.BadUserAccessDenied)
         if objection is not None:
-            self._turn_away(
-                method.what, [value.Value for value in given], origin, objection.StatusCode.value
-            )
+            self._turn_away(method.what, [value.Value for value in given], origin, objection.StatusCode.value)
             return objection
         values = [value_of(value) for value in given]
         asked = method.ask(self._bridge, values, origin, _ttl(patience))

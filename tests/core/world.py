@@ -60,6 +60,7 @@ from gateway.simulator.line import Line as SimulatedLine
 from gateway.tag import Instant, Origin, Outcome, Role, Sample, Value
 
 START = 1_700_000_000 * 10**9
+RESTART_SECONDS = 0.2
 ENGINEER = Origin(through="test", who="erika", role=Role.ENGINEER)
 OPERATOR = Origin(through="test", who="otto", role=Role.OPERATOR)
 
@@ -293,8 +294,11 @@ class World:
         return [m for m in told if isinstance(m, ControlState) and m.drive == drive][-1]
 
     def restart(self) -> None:
-        """The gateway is killed and starts again; the drives notice nothing."""
+        """The gateway is killed and starts again; the drives notice nothing, and what they still answer the
+        one that was killed is over before the new one speaks."""
         memory, self._later = self.memory(), []
+        self.now += RESTART_SECONDS
+        self.simulated.advance(self.now)
         self.core = Core(self.site, "test")
         self.feed(Started(memory, Boot(id=f"boot-{self.now}", machine="machine")))
         self.session = self.join()

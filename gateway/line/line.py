@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 from gateway.line.connection import Connection
 from gateway.line.interface import (
@@ -30,12 +29,13 @@ from gateway.line.interface import (
     Unsent,
     Want,
 )
+from gateway.line.overhearing import Overhearing
 from gateway.line.pauses import Pauses
-from gateway.line.plan import make_plan
+from gateway.line.planning import Planning
 from gateway.line.reachability import Unit
 from gateway.line.record import Record
 from gateway.line.requests import check_want, request_of
-from gateway.line.schedule import Choice, Due, Probe, Schedule, Waiting
+from gateway.line.schedule import Choice, Due, Probe, Schedule, Waiting, postpone
 from gateway.line.telling import description, failed_blocks, purpose, told
 from gateway.line.trace import Trace
 from gateway.line.transaction import Question, Transaction, Wire
@@ -46,21 +46,10 @@ from gateway.modbus.timing import timing_of
 
 STRAY_HOLD = 0.1
 """Bytes that nobody asked for hold a request back by so many seconds at most: a babbler stops nothing."""
-REPLAN_EVERY = 10.0
-"""Least seconds between plans made anew because turnarounds turned out different."""
-REPACE_EVERY = 0.5
-"""Seconds between adjustments of a full line to how fast its units are; the plan's promises stay."""
-DRIFT = 0.25
-"""Relative change of a turnaround, beyond 2 ms, that makes the plan worth making anew."""
 
 
 def _admit_all(job_id: int) -> bool:
     return True
-
-
-def _rounded(turnaround: float) -> float:
-    """A turnaround to plan with: units that are nearly alike can then share their blocks."""
-    return float(f"{turnaround:.2g}")
 
 
 class Line:
@@ -76,7 +65,6 @@ class Line:
         admit: Callable[[int], bool] = _admit_all,
     ) -> None:
         self.settings = settings
-        self.plan = Plan()
         self.counters = Counters()
         self._admit = admit
         self._units = Units(units)
@@ -87,16 +75,19 @@ class Line:
         self._connection = Connection()
         self._schedule = Schedule()
         self._record = Record()
-        self._wants: tuple[Want, ...] = ()
-        self._planned: dict[int, float] = {}
-        self._forbidden: dict[int, tuple[tuple[int, int], ...]] = {}
-        self._planned_at = self._paced_at = -math.inf
+        self._planning = Planning(self._units, self._wire, self._schedule)
         self._current: Transaction | None = None
         self._free_at = -math.inf
         self._pauses = Pauses()
         self._held = 0.0
+        self._overhearing = Overhearing(self._wire.framing)
 
     # What can be asked about it
+
+    @property
+    def plan(self) -> Plan:
+        """The present plan."""
+        return self._planning.plan
 
     @property
     def gap(self) -> float:
@@ -126,7 +117,7 @@ class Line:
         if not self.is_open:
             at = self._connection.open_at
         elif self._current is not None:
-            at = min(self._current.deadline, self._pauses.awaited())
+            at = min(self._current.until, self._pauses.awaited())
         else:
             probe = self._units.probe()
             probe_at = math.inf if probe is None else max(probe.at, self._pauses.until())
@@ -164,16 +155,17 @@ class Line:
             return self._stray(data, now)
         self._free_at = now + self.gap
         self.trace.received(data, now)
-        reply = self._current.feed(data, now)
-        return [] if reply is None else [*self._replied(self._current, reply, now), *self._advance(now)]
+        self._current.feed(data, now)
+        return self.tick(now) if now >= self._current.until else []
 
     def tick(self, now: float) -> list[Action]:
         """Time has passed."""
         if not self.is_open:
             return self._connection.tick(now)
         actions: list[Action] = []
-        if self._current is not None and now >= self._current.deadline:
-            actions = self._timed_out(self._current, now)
+        done = self._current
+        if done is not None and now >= done.until:
+            actions = self._timed_out(done, now) if done.reply is None else self._replied(done, now)
         return [*actions, *self._advance(now)]
 
     def look_ahead(self, at: float) -> bytes:
@@ -181,10 +173,11 @@ class Line:
         else, and on a network, where nobody counts milliseconds and each request takes a number."""
         if not self.is_open or self._current is not None or at < self._free_at or self._wire.framing.numbered:
             return b""
-        if self._pauses.awaited() <= at:
+        if self._pauses.awaited() <= at or self._overhearing.waiting:
             return b""
         choice = self._choice(at)
-        return self._units.frame(choice, self._wire) if isinstance(choice, Due) else b""
+        request = self._units.foretold(choice, at) if isinstance(choice, Due) else None
+        return self._wire.framing.encode(choice.unit, request.pdu) if choice and request else b""
 
     # What is wanted and asked
 
@@ -192,15 +185,13 @@ class Line:
         """Replace everything that is wanted. Raises `ValueError` when a want can never be met."""
         for want in wants:
             check_want(self._units.facts(want.unit), want)
-        self._wants = tuple(wants)
-        self._replan(now)
+        self._planning.want(wants, now)
         down = [unit for unit in self._units if unit.up is False]
         return [PlanChanged(), *failed_blocks(self.plan, down, now), *self._advance(now)]
 
     def forbid(self, unit: int, gaps: tuple[tuple[int, int], ...], now: float) -> list[Action]:
         """Let no planned read of a unit pass over these addresses. What is asked once may."""
-        self._forbidden[unit] = gaps
-        self._replan(now)
+        self._planning.forbid(unit, gaps, now)
         return [PlanChanged(), *self._advance(now)]
 
     def ask(self, job: Job, now: float) -> list[Action]:
@@ -238,10 +229,11 @@ class Line:
 
     def _take_up(self, choice: Choice, now: float) -> list[Action]:
         """Turn a decision into a request on the wire, or into the reason why there is none."""
-        question = self._units.question(choice, now)
+        self._overhear(b"", now)
+        question = self._units.question(choice, self._wire.echo.there, now)
         if question is None:
-            unit = self._units[choice.unit]
-            unit.blocked_until = unit.suspicion.quarantine_end
+            assert isinstance(choice, Due), "only a planned read can wait for its turn"
+            postpone(choice, self._units[choice.unit].suspicion.next_end(now))
             return []
         if isinstance(choice, Waiting) and not question.aside:
             return self._send_job(question, choice.job, now)
@@ -265,29 +257,36 @@ class Line:
         sent = self._wire.begin(question, self._units.patience(question), now)
         self._current = sent
         self._held = 0.0
+        if question.write is not None:
+            self._units.wrote(question, sent.ends)
         self.counters.requests += 1
         self.trace.sent(sent.data, purpose(question), now)
         return [Transmit(sent.data)], sent
 
     # What became of a transaction
 
-    def _replied(self, done: Transaction, reply: Reply, now: float) -> list[Action]:
-        unit = self._units[done.question.unit]
-        self._over(done, now, now)
-        note = description(reply, done.question.doubtful)
-        self.trace.answered(note, self._wire.length(done, reply), done.seeker.behind)
-        result = self._counted(reply)
-        news = self._heard(unit, now)
-        if done.question.doubtful:
-            return [*news, *told(done, Silent(damaged=True), now)]
-        unit.suspicion.clear()
-        unit.turnaround.answered(self._wire.turnaround(done, reply, now))
-        return [*news, *told(done, result, now), *self._follow_drift(unit, now)]
+    def _replied(self, done: Transaction, now: float) -> list[Action]:
+        reply, unit = done.reply, self._units[done.question.unit]
+        assert reply is not None, "it ended with a reply"
+        self._overhear(done.surplus, now)
+        news = self._heard(unit, done.heard_at)
+        since = unit.suspicion.weigh(done.question.request, reply, done.ends, done.heard_at)
+        if since is None and reply.exception is not None:
+            done.doubt()
+            return [*news, *self._timed_out(done, now)] if now >= done.deadline else news
+        self._over(done, done.heard_at, now)
+        self.trace.answered(description(reply, doubtful=since is None), done.seeker.length)
+        if since is None:
+            self.counters.damaged += 1
+            return [*news, *told(done, Silent(damaged=True), now, now)]
+        unit.turnaround.answered(self._wire.turnaround(done))
+        new_plan = [PlanChanged()] if self._planning.follow_drift(unit, now) else []
+        return [*news, *told(done, self._counted(reply), since, now), *new_plan]
 
     def _heard(self, unit: Unit, now: float) -> list[Action]:
         if not unit.heard():
             return []
-        self._pace(now)
+        self._planning.pace(now)
         return [UnitUp(unit.facts.unit, now)]
 
     def _counted(self, reply: Reply) -> Answered | Refused:
@@ -301,6 +300,7 @@ class Line:
         unit = self._units[done.question.unit]
         self._over(done, max(done.ends, self._free_at - self.gap), now)
         self.trace.unanswered("time-out")
+        self._overhear(done.surplus, now)
         if done.heard:
             self.counters.damaged += 1
         else:
@@ -309,10 +309,10 @@ class Line:
         self._doubt(done)
         if done.question.aside:  # what was chosen is still due: let the other units go first
             unit.blocked_until = 2 * now - done.began
-        actions = told(done, Silent(damaged=done.heard), now)
-        if not unit.silent(done.began, now):
+        actions = told(done, Silent(damaged=done.heard), now, now)
+        if done.doubted or not unit.silent(done.began, now):
             return actions
-        self._pace(now)
+        self._planning.pace(now)
         reason = "damaged replies only" if done.heard else "no answer"
         down = UnitDown(done.question.unit, now, reason)
         return [*actions, down, *failed_blocks(self.plan, [unit], now)]
@@ -325,7 +325,7 @@ class Line:
         pause_ends = silent_since + self._units.pause(done.question)
         if job is not None or pause_ends > self._free_at:
             self._pauses.keep(done.question.unit, max(pause_ends, self._free_at), job)
-        self._wire.learn(done)
+        self._wire.echo.learn(done)
         self._account(done, max(pause_ends, self._free_at))
 
     def _account(self, done: Transaction, free_at: float) -> None:
@@ -349,52 +349,24 @@ class Line:
         return actions + [JobDone(job.id, Unsent("line_down"), now) for job in self._schedule.drain()]
 
     def _doubt(self, done: Transaction) -> None:
-        """The reply may still come. Where replies are numbered, that does no harm."""
-        if not self._wire.framing.numbered:
-            self._units[done.question.unit].suspicion.missed(done.question.request, done.ends)
+        """The reply may still come, unless it came damaged. Where replies are numbered, that does no harm."""
+        suspicion, request = self._units[done.question.unit].suspicion, done.question.request
+        came = done.seeker.spoilt and request.shape not in suspicion.shapes(done.ends)
+        if not came and not self._wire.framing.numbered:
+            suspicion.missed(request, done.ends)
 
     def _stray(self, data: bytes, now: float) -> list[Action]:
         """Bytes that nobody asked for: keep the silence after them, within reason."""
         self.trace.received(data, now)
+        self._overhearing.keep(data)
         wait = now + self.gap - max(now, self._free_at)
         if wait > 0 and self._held + wait <= STRAY_HOLD:
             self._held += wait
             self._free_at = now + self.gap
         return []
 
-    # Planning
-
-    def _replan(self, now: float) -> None:
-        self._planned = {unit.facts.unit: _rounded(unit.turnaround.usual) for unit in self._units}
-        self._planned_at = now
-        facts = {unit.facts.unit: self._for_plan(unit.facts) for unit in self._units}
-        self.plan = make_plan(self._wants, facts, self._read_cost)
-        self._pace(now)
-
-    def _for_plan(self, facts: UnitFacts) -> UnitFacts:
-        gaps = self._forbidden.get(facts.unit)
-        return replace(facts, holes=(*facts.holes, *gaps)) if gaps else facts
-
-    def _pace(self, now: float) -> None:
-        """Let the schedule follow the plan, the units that are there, and how fast they really are."""
-        self._paced_at = now
-        there = [block for block in self.plan.blocks if self._units[block.unit].up is not False]
-        load = sum(self._present_cost(block.unit, block.count) / block.period for block in there)
-        self._schedule.replan(self.plan, load, now)
-
-    def _read_cost(self, unit: int, count: int) -> float:
-        return self._wire.read_cost(count, self._planned[unit], self._units.facts(unit).pause_read)
-
-    def _present_cost(self, unit: int, count: int) -> float:
-        usual = self._units[unit].turnaround.usual
-        return self._wire.read_cost(count, usual, self._units.facts(unit).pause_read)
-
-    def _follow_drift(self, unit: Unit, now: float) -> list[Action]:
-        """Make the plan anew when a unit turns out faster or slower than it was planned."""
-        if self.plan.stretch > 1 and now - self._paced_at >= REPACE_EVERY:
-            self._pace(now)
-        usual, planned = unit.turnaround.usual, self._planned.get(unit.facts.unit, math.inf)
-        if now - self._planned_at < REPLAN_EVERY or abs(usual - planned) <= 0.002 + DRIFT * planned:
-            return []
-        self._replan(now)
-        return [PlanChanged()]
+    def _overhear(self, data: bytes, now: float) -> None:
+        """What other masters ask our units counts as asked and not answered."""
+        for unit, request in self._overhearing.requests(data):
+            if unit in self._units:
+                self._units[unit].suspicion.missed(request, now)

@@ -79,11 +79,12 @@ class Unit:
         self.facts = facts
         self.up: bool | None = None
         self.turnaround = Turnaround(facts)
-        self.suspicion = Suspicion(facts)
+        self.suspicion = Suspicion(facts.unit, self.turnaround.longest)
         self.blocked_until = -math.inf
         self.probed_at = -math.inf
         self._probes = 0
-        self._silences = 0
+        self.silences = 0
+        """Requests in a row that were not answered at all."""
         self._silent_since = 0.0
 
     @property
@@ -106,15 +107,15 @@ class Unit:
         """It answered; True when that is news."""
         news = self.up is not True
         self.up = True
-        self._silences = 0
+        self.silences = 0
         return news
 
     def silent(self, asked: float, now: float) -> bool:
         """A request that went out at ``asked`` got no answer; True when it is held to be down from now on."""
-        if not self._silences:
+        if not self.silences:
             self._silent_since = asked
-        self._silences += 1
-        enough = self._silences >= (DOWN_AT_FIRST if self.up is None else DOWN_AFTER)
+        self.silences += 1
+        enough = self.silences >= (DOWN_AT_FIRST if self.up is None else DOWN_AFTER)
         if self.up is False or not enough or now - self._silent_since < self.facts.reply_max:
             return False
         self.up = False
@@ -125,7 +126,7 @@ class Unit:
     def forget(self) -> None:
         """The port was closed: whether the unit answers is not known any more."""
         self.up = None
-        self._silences = 0
+        self.silences = 0
 
 
 class Probing:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from gateway.line.interface import Read, UnitFacts, Want, Write
@@ -11,7 +11,15 @@ from gateway.modbus import pdu
 
 BROADCAST = 0
 
+LENGTHS = 24
+"""A read may be so many registers longer than what is wanted of it, to look unlike other answers."""
+
 _FUNCTIONS = {Table.HOLDING: pdu.READ_HOLDING, Table.INPUT: pdu.READ_INPUT}
+
+
+def shape_of(read: Read) -> pdu.Shape:
+    """What can be known beforehand of the reply to a read."""
+    return pdu.read_shape(read.count, _FUNCTIONS[read.table])
 
 
 def request_of(facts: UnitFacts, asked: Read | Write) -> pdu.Request:
@@ -39,6 +47,18 @@ def may_read(facts: UnitFacts, address: int, count: int) -> bool:
     if any(low <= address and last <= high for low, high in facts.readable):
         return True
     return facts.bridge and _known(facts, address) and _known(facts, last) and not _hole(facts, address, last)
+
+
+def longer(facts: UnitFacts, read: Read) -> Iterator[Read]:
+    """The read itself and longer ones that bring its registers too, one of each length, the shortest
+    first."""
+    yield read
+    last = read.address + read.count - 1
+    for count in range(read.count + 1, min(facts.read_max, read.count + LENGTHS) + 1):
+        for first in range(max(0, last - count + 1), read.address + 1):
+            if may_read(facts, first, count):
+                yield Read(read.unit, first, count, read.table)
+                break
 
 
 def broadcast_facts(units: Sequence[UnitFacts]) -> UnitFacts:

@@ -1,76 +1,145 @@
-"""Late answers: after a time-out a unit is believed again only behind an answer that can be no old one.
+"""Late answers: which requests may still be answered, and whether a reply can be believed.
 
-RTU numbers nothing, so the reply to a request that timed out may come later and look like the reply to the
-next one. Units answer in order; therefore the answer to a request that differs from all unanswered ones
-proves that nothing older is on its way. Where no such request exists, the unit is left alone for as long as
-its profile says that a reply can take.
+A serial line numbers nothing, so the reply to a request that timed out may come later and look like the reply
+to another one. Some units answer in order; with a device server or a radio in between, each request may be
+answered in its own time. A request without an answer is *open* until units of both kinds are through with it:
+until a later request was answered that it cannot be confused with, and until its answer would be later than
+late. Without the former, late answers may have piled up.
+
+What could be the answer to an open request proves nothing by itself. Did the same reply come to the same
+request more often in a row than there were older ones open, then one of them at least is its own.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
 
-from gateway.line.interface import UnitFacts
-from gateway.line.requests import understood
 from gateway.modbus import pdu
+
+LATE = 6
+"""An answer takes so many of the longest times that it is waited for at most: five time-outs late."""
+PILED = 3
+"""Late answers of a unit that answers in order delay each other, by so many times that at most."""
 
 _NONCES = 0x10000
 _STEP = 0x6A09
 """Odd, so that the nonces of one unit take every value before one comes again."""
 
 
+class _Open(NamedTuple):
+    """A request that was sent at ``at`` and has no answer for sure; ``until`` then its answer may come if
+    no later request is answered. ``doubtful``: an answer came, but perhaps that to an older request."""
+
+    request: pdu.Request
+    at: float
+    until: float
+    doubtful: bool
+
+    def may_bring(self, request: pdu.Request, reply: pdu.Reply) -> bool:
+        """True when this reply to ``request`` could be the answer to this one."""
+        if reply.exception is None:
+            return self.request.shape == request.shape
+        return self.request.function == request.function or bool(request.error_functions)
+
+
+@dataclass(slots=True)
+class _Run:
+    """The same reply in doubt to the same request, ``count`` times in a row.
+
+    ``began`` is when the request was first sent, ``heard`` when the first reply came; up to ``older``
+    requests from before were open.
+    """
+
+    request: bytes
+    reply: pdu.Reply
+    began: float
+    heard: float
+    count: int = 0
+    older: int = 0
+
+
 class Suspicion:
-    """What a unit may still answer late."""
+    """What a unit may still answer late. ``longest`` is the longest time in seconds that it is waited for."""
 
-    def __init__(self, facts: UnitFacts) -> None:
-        self._facts = facts
-        self._nonce = facts.unit * 257
-        self._unanswered: set[tuple[bytes, int]] = set()
-        self._functions: set[int] = set()
-        self._last = 0.0
+    def __init__(self, unit: int, longest: float) -> None:
+        self._horizon = LATE * longest
+        self._nonce = unit * 257
+        self._open: list[_Open] = []
+        self._run: _Run | None = None
+        self._proved = 0.0
+        """All requests from before are over for a unit that answers in order."""
+        self._write = b""
+        self._only_write_since = 0.0
 
-    def late(self, now: float) -> frozenset[int]:
-        """Functions whose exception reply may be a late one. Exceptions all look alike, so that only time
-        can end this doubt for a unit that answers with nothing else."""
-        return frozenset() if now >= self.quarantine_end else frozenset(self._functions)
+    def missed(self, request: pdu.Request, at: float, doubtful: bool = False) -> None:
+        """A request whose last bit went out at ``at`` has no answer, or a ``doubtful`` one."""
+        last = self._open[-1] if self._open else None
+        piled = last.until if last and last.at >= self._proved else at
+        until = min(max(piled, at) + self._horizon, at + PILED * self._horizon)
+        self._open.append(_Open(request, at, until, doubtful))
 
-    @property
-    def quarantine_end(self) -> float:
-        """When, by the profile's word, no late answer can come any more."""
-        return self._last + self._facts.reply_max
+    def wrote(self, request: bytes, at: float) -> None:
+        """A write goes out, its last bit at ``at``."""
+        if request != self._write:
+            self._write, self._only_write_since = request, at
 
-    def missed(self, request: pdu.Request, at: float) -> None:
-        """A request that went out at ``at`` was not answered in time."""
-        self._last = max(self._last, at)
-        if request.function != pdu.DIAGNOSTICS:  # its nonce never comes again soon
-            self._unanswered.add(request.shape)
-        self._functions.add(request.function)
+    def shapes(self, now: float) -> set[pdu.Shape]:
+        """What late answers look like that may still come."""
+        return {each.request.shape for each in self._still_open(now)}
 
-    def clear(self) -> None:
-        """The unit is in step again."""
-        self._unanswered.clear()
-        self._functions.clear()
+    def out_of_step(self, now: float) -> bool:
+        """True while nothing was answered since a request was missed."""
+        return any(each.at >= self._proved for each in self._still_open(now))
 
-    def tells_apart(self, request: pdu.Request) -> bool:
-        """True when no late answer can be taken for the answer to this request."""
-        return request.shape not in self._unanswered
+    def next_end(self, now: float) -> float:
+        """When the next open request is over, if nothing more is missed; ``now`` when none is open."""
+        return min((self._end(each) for each in self._still_open(now)), default=now)
 
-    def question(self) -> pdu.Request | None:
-        """A request whose answer puts the unit in step; None when there is none but waiting.
+    def weigh(self, request: pdu.Request, reply: pdu.Reply, at: float, now: float) -> float | None:
+        """Since when a reply is known that was heard now, and whose request was sent at ``at``; None when it
+        cannot be believed."""
+        rivals = [each for each in self._still_open(now) if each.may_bring(request, reply)]
+        if not rivals:
+            self._run, self._proved = None, max(self._proved, at)
+            return now
+        if all(self._as_good(each, request, reply) for each in rivals):
+            self._answered_in_doubt(request, at, rivals)
+            return now
+        run = self._run
+        if run is None or (run.request, run.reply) != (request.pdu, reply):
+            run = self._run = _Run(request.pdu, reply, at, now)
+        run.count += 1
+        own = [each for each in rivals if each.request.pdu == run.request and each.at >= run.began]
+        run.older = max(run.older, len(rivals) - len(own))
+        if reply.exception is None:
+            self._answered_in_doubt(request, at, rivals)
+        if run.count <= run.older:
+            return None
+        self._proved = max(self._proved, run.began)
+        return run.heard
 
-        The loop-back is the best of them, unless the last one was lost and an exception to it would not be
-        believed.
-        """
-        read = next((request for request in self._reads() if self.tells_apart(request)), None)
-        if self._facts.loop_back and (read is None or pdu.DIAGNOSTICS not in self._functions):
-            self._nonce = (self._nonce + _STEP) % _NONCES
-            return understood(self._facts, pdu.loop_back(self._nonce))
-        return read
+    def loop_back(self) -> pdu.Request:
+        """A question that no late answer can be the reply to."""
+        self._nonce = (self._nonce + _STEP) % _NONCES
+        return pdu.loop_back(self._nonce)
 
-    def _reads(self) -> Iterator[pdu.Request]:
-        """Reads of every length that the unit allows."""
-        if pdu.READ_HOLDING not in self._facts.functions:
-            return
-        for low, high in self._facts.readable:
-            for count in range(1, min(self._facts.read_max, high - low + 1) + 1):
-                yield understood(self._facts, pdu.read_registers(low, count))
+    def _as_good(self, other: _Open, request: pdu.Request, reply: pdu.Reply) -> bool:
+        """An earlier write of the very same, nothing else being written since: its answer says as much."""
+        same = other.request.pdu == request.pdu == self._write
+        return same and other.at >= self._only_write_since and reply.exception is None
+
+    def _answered_in_doubt(self, request: pdu.Request, at: float, rivals: list[_Open]) -> None:
+        """One more asked, one more heard: as many as before are under way, but this may be one of them."""
+        doubtful = [each for each in rivals if each.doubtful]
+        if len(doubtful) >= max(1, len(rivals) - len(doubtful)):
+            self._open.remove(doubtful[0])
+        self.missed(request, at, doubtful=True)
+
+    def _still_open(self, now: float) -> list[_Open]:
+        if self._open:
+            self._open = [each for each in self._open if now < self._end(each)]
+        return self._open
+
+    def _end(self, each: _Open) -> float:
+        return each.at + self._horizon if each.at < self._proved else each.until

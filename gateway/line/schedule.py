@@ -33,6 +33,8 @@ class Due:
     at: float
     pace: float
     """Seconds after which it is due again: its period, or less on an overloaded line."""
+    done: int = 0
+    """Registers of the block that were read already, if it has to be read in parts."""
 
     @property
     def deadline(self) -> float:

@@ -26,14 +26,19 @@ REFUSED_PACE = 5.0
 Ending = Answered | Refused | Silent
 
 
-def told(done: Transaction, result: Ending, now: float) -> list[Action]:
-    """The actions that tell of a transaction's end; none for probes and questions on the side."""
-    choice = done.question.choice
-    if done.question.aside or isinstance(choice, Probe):
+def told(done: Transaction, result: Ending, at: float, now: float) -> list[Action]:
+    """The actions that tell of a transaction's end; none for probes and questions on the side. ``at`` is
+    since when a result is known."""
+    question, choice = done.question, done.question.choice
+    if question.aside or isinstance(choice, Probe):
         return []
+    if isinstance(result, Refused) and isinstance(choice, Due) and not question.whole:
+        result = Silent(damaged=True)  # perhaps only the registers beside those wanted are refused
+    if isinstance(result, Answered) and result.words:
+        result = Answered(result.words[question.skip : question.skip + question.part[1]])
     if isinstance(choice, Waiting):
-        return [JobDone(choice.job.id, result, now)]
-    return _block_told(choice, result, now - done.began, now)
+        return [JobDone(choice.job.id, result, at)]
+    return _block_told(choice, question.part, result, at, now, now - done.began)
 
 
 def failed_blocks(plan: Plan, units: Iterable[Unit], now: float) -> list[Action]:
@@ -65,15 +70,21 @@ def description(reply: Reply, doubtful: bool) -> str:
     return f"{words}, not believed" if doubtful else words
 
 
-def _block_told(due: Due, result: Ending, took: float, now: float) -> list[Action]:
+def _block_told(
+    due: Due, part: tuple[int, int], result: Ending, at: float, now: float, took: float
+) -> list[Action]:
     block = due.block
     match result:
         case Answered(words=words):
-            settle(due, now)
-            return [BlockRead(block.unit, block.address, words, now, block.table)]
+            due.done += len(words)
+            if due.done >= block.count:
+                due.done = 0
+                settle(due, now)
+            return [BlockRead(block.unit, part[0], words, at, block.table)]
         case Refused():
+            due.done = 0
             postpone(due, now + max(block.period, REFUSED_PACE))
-            return [BlockFailed(block.unit, block.address, block.count, result, now, block.table)]
+            return [BlockFailed(block.unit, *part, result, at, block.table)]
         case Silent():
             postpone(due, now + took)  # the others get as much of the line as this one lost
             return []

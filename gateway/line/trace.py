@@ -79,11 +79,11 @@ class Trace:
         self._heard += data
         self._ended = at
 
-    def answered(self, note: str, length: int, behind: int) -> None:
-        """The last ``length`` bytes before ``behind`` more ones are the reply to the request."""
-        self._end("", max(0, len(self._heard) - length - behind))
+    def answered(self, note: str, length: int) -> None:
+        """The last ``length`` bytes are the reply to the request."""
+        self._end("", max(0, len(self._heard) - length))
         self._began = self._ended - len(self._heard) * self._character
-        self._take(len(self._heard) - behind, note)
+        self._take(len(self._heard), note)
 
     def unanswered(self, why: str = "") -> None:
         """Nothing more is awaited; ``why`` if a reply was due."""

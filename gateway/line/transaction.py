@@ -8,7 +8,7 @@ from gateway.line.interface import Write
 from gateway.line.requests import BROADCAST
 from gateway.line.schedule import Choice, Waiting
 from gateway.modbus.framing import Framing, Seeker
-from gateway.modbus.pdu import EXCEPTION_LENGTH, Reply, Request
+from gateway.modbus.pdu import Reply, Request
 from gateway.modbus.timing import Timing
 
 
@@ -17,16 +17,16 @@ class Question:
     """A request to a unit, and why it is asked.
 
     ``choice`` is the decision behind it. ``aside``: the request only puts the unit in step before what was
-    chosen. ``doubtful``: a late reply could be taken for this one's, so that a reply proves nothing.
-    ``late`` are the functions whose exception replies may be late ones.
+    chosen. ``part`` are the registers that are wanted of a read, address and count; ``skip`` others come
+    before them in its reply.
     """
 
     unit: int
     request: Request
     choice: Choice
     aside: bool = False
-    doubtful: bool = False
-    late: frozenset[int] = frozenset()
+    part: tuple[int, int] = (0, 0)
+    skip: int = 0
 
     @property
     def write(self) -> Write | None:
@@ -37,6 +37,11 @@ class Question:
         return asked if isinstance(asked, Write) else None
 
     @property
+    def whole(self) -> bool:
+        """True when nothing else is read than what is wanted."""
+        return not self.skip and self.request.reply_length == 2 + 2 * self.part[1]
+
+    @property
     def answered(self) -> bool:
         """True when a reply is to be awaited."""
         return self.unit != BROADCAST and not (self.write and self.write.silent)
@@ -44,7 +49,9 @@ class Question:
 
 @dataclass(slots=True)
 class Transaction:
-    """A question on the wire. Its last bit leaves at ``ends``; no reply is believed after ``deadline``."""
+    """A question on the wire. Its last bit leaves at ``ends``, and its reply is there at ``deadline`` or
+    not at all. ``silence`` behind it is what makes it whole. ``echo``: what begins with our own request
+    may be its echo. ``heard_at`` is when the last byte came in, ``reply`` what the bytes so far end with."""
 
     question: Question
     data: bytes
@@ -52,45 +59,76 @@ class Transaction:
     began: float
     ends: float
     deadline: float
-    echo: bool = False
-    received: int = 0
+    silence: float
+    echo: bool
+    heard_at: float = 0.0
+    reply: Reply | None = None
+    doubted: bool = False
+    """A reply came that was not believed."""
+
+    @property
+    def until(self) -> float:
+        """When it is over, if nothing more comes: a reply is one when silence follows."""
+        return self.deadline if self.reply is None else self.heard_at + self.silence
+
+    @property
+    def surplus(self) -> bytes:
+        """What came in beside the reply and our own echo."""
+        heard = self.seeker.heard
+        first = len(self.data) if self.echo and self.seeker.echoed else 0
+        return heard[first : len(heard) - (self.seeker.length if self.reply else 0)]
 
     @property
     def heard(self) -> bool:
-        """True when more came back than our own echo."""
-        own = len(self.data) if self.echo or self.seeker.echoed else 0
-        return self.received > own
+        """True when something came that was not our own echo."""
+        return self.reply is not None or bool(self.surplus)
 
-    def feed(self, data: bytes, now: float) -> Reply | None:
-        """Take what was received; the reply when it is complete and may be believed. A frame that has begun
-        is waited for as long as its framing lets it take."""
-        self.received += len(data)
-        while (reply := self.seeker.feed(data)) is not None:
-            if not self._may_be_late(reply):
-                return reply
-            data = b""
+    def feed(self, data: bytes, now: float) -> None:
+        """Take what was received. A frame that has begun is waited for as long as its framing lets it
+        take."""
+        self.heard_at = now
+        self.reply = self.seeker.feed(data)
         if self.seeker.patience:
             self.deadline = max(self.deadline, now + self.seeker.patience)
-        return None
 
-    def _may_be_late(self, reply: Reply) -> bool:
-        late, request = self.question.late, self.question.request
-        shared = bool(late) and bool(request.error_functions)  # such a byte names no function
-        return reply.exception is not None and (shared or request.function in late)
+    def doubt(self) -> None:
+        """Go on waiting: what came is taken for the reply to something older."""
+        self.doubted, self.reply = True, None
+
+
+class Echo:
+    """Whether the transceiver gives back what we send: declared, or noticed.
+
+    ``there`` is None until it is known. Noise may hide an echo, and a foreign master may ask what we asked,
+    so that a few exchanges have to contradict before what is known changes.
+    """
+
+    CONVINCED = 4
+
+    def __init__(self, declared: bool) -> None:
+        self._declared = declared
+        self.there: bool | None = True if declared else None
+        self._contrary = 0
+
+    def learn(self, done: Transaction) -> None:
+        """Notice from an exchange whether there is an echo, if that can be told from it."""
+        seeker = done.seeker
+        if self._declared or done.reply is None or done.question.request.mirrored:
+            return
+        if not seeker.echoed and len(seeker.heard) != seeker.length:
+            return
+        self._contrary = self._contrary + 1 if seeker.echoed != self.there else 0
+        if self.there is None or self._contrary >= self.CONVINCED:
+            self.there, self._contrary = seeker.echoed, 0
 
 
 class Wire:
-    """Framing and timing of a line together: makes transactions and knows what they cost.
-
-    An echo that the settings do not name is noticed: otherwise a request that looks like its own reply
-    would seem to be answered by a unit that is not there.
-    """
+    """Framing and timing of a line together: makes transactions and knows what they cost."""
 
     def __init__(self, framing: Framing, timing: Timing, echo: bool) -> None:
         self.framing = framing
         self.timing = timing
-        self._declared = echo
-        self._echo = echo
+        self.echo = Echo(echo)
 
     def begin(self, question: Question, patience: float, now: float) -> Transaction:
         """The transaction that starts now; the unit has ``patience`` seconds until its reply begins."""
@@ -98,23 +136,13 @@ class Wire:
         data = self.framing.encode(question.unit, request.pdu)
         ends = now + self.timing.duration(len(data))
         reply = self.timing.duration(self.framing.size(request.reply_length))
-        seeker = self.framing.seeker(data, request, self._echo)
-        return Transaction(question, data, seeker, now, ends, ends + patience + reply, self._echo)
+        seeker = self.framing.seeker(data, request, self.echo.there is True)
+        deadline, echo = ends + patience + reply, self.echo.there is not False
+        return Transaction(question, data, seeker, now, ends, deadline, self.timing.end, echo)
 
-    def learn(self, done: Transaction) -> None:
-        """Notice from a finished transaction whether there is an echo."""
-        if done.received:
-            self._echo = self._declared or done.seeker.echoed or (self._echo and not done.heard)
-
-    def length(self, transaction: Transaction, reply: Reply) -> int:
-        """Characters of the frame that carried a reply."""
-        normal = transaction.question.request.reply_length
-        return self.framing.size(normal if reply.exception is None else EXCEPTION_LENGTH)
-
-    def turnaround(self, transaction: Transaction, reply: Reply, now: float) -> float:
-        """Seconds that the unit took until it began a reply that was complete at ``now``."""
-        duration = self.timing.duration(self.length(transaction, reply))
-        return max(0.0, now - transaction.ends - duration)
+    def turnaround(self, done: Transaction) -> float:
+        """Seconds that the unit took until it began its reply."""
+        return max(0.0, done.heard_at - done.ends - self.timing.duration(done.seeker.length))
 
     def read_cost(self, count: int, turnaround: float, pause: float = 0.0) -> float:
         """Seconds of line that reading ``count`` registers takes, with the silence after it."""

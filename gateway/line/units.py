@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from gateway.line.interface import Priority, Read, UnitFacts
+from gateway.line.interface import Priority, Read, UnitFacts, Want
 from gateway.line.reachability import Probing, Unit
-from gateway.line.requests import BROADCAST, broadcast_facts, request_of
+from gateway.line.requests import BROADCAST, broadcast_facts, longer, request_of, shape_of, understood
 from gateway.line.schedule import Choice, Due, Probe, Waiting
-from gateway.line.transaction import Question, Wire
+from gateway.line.transaction import Question
 from gateway.modbus import pdu
 
 
@@ -19,10 +19,14 @@ class Units:
     def __init__(self, facts: Sequence[UnitFacts]) -> None:
         self._units = {one.unit: Unit(one) for one in facts}
         self._broadcast = broadcast_facts(facts)
+        self._wants: Sequence[Want] = ()
         self.probing = Probing()
 
     def __iter__(self) -> Iterator[Unit]:
         return iter(self._units.values())
+
+    def __contains__(self, unit: int) -> bool:
+        return unit in self._units
 
     def __getitem__(self, unit: int) -> Unit:
         return self._units[unit]
@@ -43,30 +47,40 @@ class Units:
         """The next probe, now or later."""
         return self.probing.next(self)
 
-    def frame(self, choice: Due, wire: Wire) -> bytes:
-        """The bytes of a planned read; empty when it may have to wait for another question."""
-        request = self._request(choice)
-        told_apart = self._units[choice.unit].suspicion.tells_apart(request)
-        return wire.framing.encode(choice.unit, request.pdu) if told_apart else b""
+    def want(self, wants: Sequence[Want]) -> None:
+        """What is wanted of all units: no read is ever cut within one of these."""
+        self._wants = wants
 
-    def question(self, choice: Choice, now: float) -> Question | None:
-        """What to ask so that no late answer is mistaken for the reply; None: leave the unit alone."""
-        request = self._request(choice)
-        if not (question := Question(choice.unit, request, choice)).answered:
-            return question
-        suspicion = self._units[choice.unit].suspicion
-        late = suspicion.late(now)
-        if suspicion.tells_apart(request):
-            return Question(choice.unit, request, choice, late=late)
-        if isinstance(choice, Waiting) and choice.job.priority is Priority.STOP:
-            return Question(choice.unit, request, choice, doubtful=True, late=late)
-        aside = suspicion.question()
-        if aside is not None:
-            return Question(choice.unit, aside, choice, aside=True, late=late)
-        if now < suspicion.quarantine_end:
+    def foretold(self, choice: Due, now: float) -> pdu.Request | None:
+        """What `question` will ask for a planned read, if that is a read of it."""
+        unit, read = self._units[choice.unit], self._read_of(choice)
+        assert read is not None, "what is planned is a read"
+        if unit.facts.loop_back and unit.suspicion.out_of_step(now):
             return None
-        suspicion.clear()
-        return Question(choice.unit, request, choice)
+        question = self._apart(unit, choice, read, now)
+        return None if question is None else question.request
+
+    def question(self, choice: Choice, echo: bool | None, now: float) -> Question | None:
+        """What to ask so that no late answer looks like the reply; None: let this read wait. ``echo`` tells
+        whether our own request comes back, None when that is not known yet."""
+        read = self._read_of(choice)
+        if read is None:
+            write = self._plain(choice)
+            return self._trial(choice) if echo is None and _looks_like_its_echo(write) else write
+        unit = self._units[choice.unit]
+        if unit.facts.loop_back and echo is False and unit.suspicion.out_of_step(now):
+            nonce = understood(unit.facts, unit.suspicion.loop_back())
+            return Question(choice.unit, nonce, choice, aside=True)
+        apart = self._apart(unit, choice, read, now)
+        if apart is None and (unit.silences or not isinstance(choice, Due)):
+            return self._plain(choice)
+        return apart
+
+    def wrote(self, question: Question, at: float) -> None:
+        """A write is going out, its last bit at ``at``."""
+        units = self._units.values() if question.unit == BROADCAST else [self._units[question.unit]]
+        for unit in units:
+            unit.suspicion.wrote(question.request.pdu, at)
 
     def pause(self, question: Question) -> float:
         """Seconds of silence that the unit needs afterwards, beside the gap."""
@@ -87,12 +101,55 @@ class Units:
             return unit.turnaround.longest
         return unit.turnaround.limit
 
-    def _request(self, choice: Choice) -> pdu.Request:
-        facts = self.facts(choice.unit)
+    # How to ask
+
+    def _read_of(self, choice: Choice) -> Read | None:
+        """The registers that are still to be read; None for a write."""
         match choice:
-            case Waiting():
-                return request_of(facts, choice.job.request)
-            case Due(block=block):
-                return request_of(facts, Read(block.unit, block.address, block.count, block.table))
-            case Probe():
-                return request_of(facts, Read(choice.unit, *facts.probe))
+            case Due(block=block, done=done):
+                return Read(block.unit, block.address + done, block.count - done, block.table)
+            case Probe(unit=unit):
+                return Read(unit, *self.facts(unit).probe)
+            case Waiting(job=job):
+                return job.request if isinstance(job.request, Read) else None
+
+    def _plain(self, choice: Choice) -> Question:
+        """Ask for just what was chosen."""
+        facts, read = self.facts(choice.unit), self._read_of(choice)
+        if read is not None:
+            return Question(choice.unit, request_of(facts, read), choice, part=(read.address, read.count))
+        assert isinstance(choice, Waiting), "all others read"
+        return Question(choice.unit, request_of(facts, choice.job.request), choice)
+
+    def _apart(self, unit: Unit, choice: Choice, read: Read, now: float) -> Question | None:
+        """A question for a read, or for its first part, whose reply no late answer looks like."""
+        late = unit.suspicion.shapes(now)
+        for part in self._parts(choice, read):
+            for way in longer(unit.facts, part):
+                if shape_of(way) not in late:
+                    request, span = request_of(unit.facts, way), (part.address, part.count)
+                    return Question(choice.unit, request, choice, part=span, skip=part.address - way.address)
+        return None
+
+    def _parts(self, choice: Choice, read: Read) -> Iterator[Read]:
+        """The read as a whole, then less and less of it; what was asked once comes whole or not at all."""
+        yield read
+        if not isinstance(choice, Due):
+            return
+        wants = [want for want in self._wants if want.unit == read.unit and want.table == read.table]
+        for count in range(read.count - 1, 0, -1):
+            cut = read.address + count
+            if not any(want.address < cut < want.address + want.count for want in wants):
+                yield Read(read.unit, read.address, count, read.table)
+
+    def _trial(self, choice: Choice) -> Question:
+        """A read that shows whether there is an echo."""
+        facts = self.facts(choice.unit)
+        return Question(choice.unit, request_of(facts, Read(choice.unit, *facts.probe)), choice, aside=True)
+
+
+def _looks_like_its_echo(question: Question) -> bool:
+    """True for a write whose reply does, unless it is urgent: what proves a stop is what the drive shows."""
+    choice = question.choice
+    urgent = isinstance(choice, Waiting) and choice.job.priority is Priority.STOP
+    return question.answered and question.request.mirrored and not urgent

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import binascii
+from collections.abc import Iterator
 
 from pymodbus.framer import FramerAscii
 
-from gateway.modbus.pdu import Reply, Request, interpret
+from gateway.modbus.pdu import Reply, Request, interpret, request_length
 
 _START = b":"
 _END = b"\r\n"
@@ -36,51 +37,55 @@ class AsciiFraming:
         """Colon, CR LF and a right LRC."""
         return data.endswith(_END) and len(_unpacked(data[: -len(_END)])) > 1
 
+    def requests(self, data: bytes) -> Iterator[tuple[int, bytes, int]]:
+        """Each line that is whole is looked at."""
+        start = 0
+        while (end := data.find(_END, start)) >= 0:
+            frame = _unpacked(data[start:end])
+            start = end + len(_END)
+            if len(frame) > 1 and request_length(frame[1:]) == len(frame) - 1:
+                yield frame[0], frame[1:], start
+
 
 class AsciiSeeker:
     """Finds the reply to one request."""
 
     def __init__(self, sent: bytes, request: Request, echo: bool) -> None:
         self._sent = sent
+        self._unit = _unpacked(sent[: -len(_END)])[:1]
         self._request = request
-        self._skip_own = echo
+        self._copies = 2 if echo and request.mirrored else 1
         self._longest = len(_START) + 2 * (1 + request.reply_length + 1) + len(_END)
-        self._rest = b""
-        self.echoed = False
+        self.heard = b""
+        self.length = 0
+        self.spoilt = False
+
+    @property
+    def echoed(self) -> bool:
+        """True when what came begins with the request itself."""
+        return self.heard.startswith(self._sent)
 
     @property
     def patience(self) -> float:
         """The standard's second while a frame of our unit is coming that can still be the reply."""
-        begun = self._rest[self._rest.rfind(_START) :] if _START in self._rest else b""
+        begun = self.heard[max(0, self.heard.rfind(_START)) :]
         ours = self._sent[: len(_START) + 2]
         longest = max(len(self._sent), self._longest)
-        coming = bool(begun) and begun[: len(ours)] == ours[: len(begun)] and len(begun) < longest
-        return CHARACTER_PAUSE if coming else 0.0
-
-    @property
-    def behind(self) -> int:
-        """Characters behind the last CR LF that was looked at."""
-        return len(self._rest)
+        coming = begun[: len(ours)] == ours[: len(begun)] and 0 < len(begun) < longest
+        return CHARACTER_PAUSE if coming and not begun.endswith(_END) else 0.0
 
     def feed(self, data: bytes) -> Reply | None:
-        """Take more characters; the next reply whose LRC is right, or None."""
-        self._rest += data
-        while _END in self._rest:
-            line, self._rest = self._rest.split(_END, 1)
-            if (reply := self._reply(line[line.rfind(_START) :])) is not None:
-                return reply
-        return None
-
-    def _reply(self, text: bytes) -> Reply | None:
-        own = text + _END == self._sent
-        self.echoed |= own and (self._skip_own or self._request.head != self._request.pdu)
-        if own and self._skip_own:
-            self._skip_own = False
+        """Take more characters; the reply that the last whole line of them is, or None."""
+        self.heard += data
+        end = self.heard.rfind(_END)
+        if end < 0:
             return None
+        text = self.heard[max(0, self.heard.rfind(_START, 0, end)) : end]
+        self.length = len(self.heard) - end + len(text)
+        if text + _END == self._sent and self.heard.count(self._sent) < self._copies:
+            return None  # our own echo
         frame = _unpacked(text)
-        if self._skip_own or frame[:1] != _unpacked(self._sent[: -len(_END)])[:1]:
-            return None
-        return interpret(self._request, frame[1:])
+        return interpret(self._request, frame[1:]) if frame[:1] == self._unit else None
 
 
 def lrc(data: bytes) -> bytes:
@@ -90,10 +95,11 @@ def lrc(data: bytes) -> bytes:
 
 def _unpacked(text: bytes) -> bytes:
     """Unit and PDU of a frame without its CR LF; empty when it is damaged."""
+    start = text.rfind(_START)
     try:
-        frame = binascii.unhexlify(text[1:])
+        frame = binascii.unhexlify(text[start + 1 :])
     except binascii.Error:
         return b""
-    if not text.startswith(_START) or not frame or lrc(frame[:-1]) != frame[-1:]:
+    if start < 0 or not frame or lrc(frame[:-1]) != frame[-1:]:
         return b""
     return frame[:-1]

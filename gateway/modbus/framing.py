@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Literal, Protocol
 
 from gateway.modbus.ascii import AsciiFraming
@@ -13,14 +14,19 @@ FramingName = Literal["rtu", "ascii", "tcp"]
 
 
 class Seeker(Protocol):
-    """Looks for the reply to one request in a stream that may hold noise, echo and strangers' frames.
+    """Looks for the reply to one request behind noise, echo and strangers' frames.
 
-    What is found does not depend on how the stream is cut into pieces.
+    Whether a reply is there once all has come does not depend on the pieces in which it came.
     """
+
+    heard: bytes
+    """All that came so far."""
+    length: int
+    """How many bytes of it, the last ones, are the reply that was found."""
 
     @property
     def echoed(self) -> bool:
-        """True when our own request came back, which no unit would send."""
+        """True when what came begins with our own request."""
         ...
 
     @property
@@ -29,12 +35,12 @@ class Seeker(Protocol):
         ...
 
     @property
-    def behind(self) -> int:
-        """Bytes that came in behind the reply that was found last."""
+    def spoilt(self) -> bool:
+        """True when what came can only be the reply, but is damaged."""
         ...
 
     def feed(self, data: bytes) -> Reply | None:
-        """Take more bytes; the next reply, or None. Call again with ``b""`` to look behind a reply."""
+        """Take more bytes; the reply that stands at the end of all that came, or None."""
         ...
 
 
@@ -51,7 +57,8 @@ class Framing(Protocol):
         ...
 
     def seeker(self, sent: bytes, request: Request, echo: bool = False) -> Seeker:
-        """Seek the reply to ``request``, which was sent as ``sent``; ``echo``: behind our own echo."""
+        """Seek the reply to ``request``, which was sent as ``sent``; ``echo``: our own request may come back,
+        and is not to be taken for a reply."""
         ...
 
     def size(self, length: int) -> int:
@@ -60,6 +67,10 @@ class Framing(Protocol):
 
     def intact(self, data: bytes) -> bool:
         """True when ``data`` is one whole frame, with the right check value where there is one."""
+        ...
+
+    def requests(self, data: bytes) -> Iterator[tuple[int, bytes, int]]:
+        """The requests of other masters that stand in ``data``: unit, PDU, and where the frame ends."""
         ...
 
 

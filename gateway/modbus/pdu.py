@@ -38,6 +38,9 @@ READS = 4096
 """Requests to read that are kept: the same ones are asked again and again."""
 _ADDRESSES = 0x10000
 
+Shape = tuple[bytes, int]
+"""The bytes that a normal reply begins with, and its length."""
+
 
 @dataclass(frozen=True, slots=True)
 class Request:
@@ -63,9 +66,14 @@ class Request:
         return (self.function | EXCEPTION, *self.error_functions)
 
     @property
-    def shape(self) -> tuple[bytes, int]:
+    def shape(self) -> Shape:
         """What can be known of the normal reply beforehand."""
         return self.head, self.reply_length
+
+    @property
+    def mirrored(self) -> bool:
+        """True when the normal reply is the request once more, so that an echo looks like it."""
+        return self.head == self.pdu
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +90,7 @@ def read_registers(address: int, count: int, function: int = READ_HOLDING) -> Re
     _check_block(address, count, READ_LIMIT)
     make = {READ_HOLDING: ReadHoldingRegistersRequest, READ_INPUT: ReadInputRegistersRequest}[function]
     pdu = _bytes(make(address=address, count=count))
-    return Request(pdu, bytes((function, 2 * count)), 2 + 2 * count)
+    return Request(pdu, *read_shape(count, function))
 
 
 def write_register(address: int, word: int) -> Request:
@@ -104,6 +112,27 @@ def loop_back(nonce: int) -> Request:
     """Return query data (08H, sub-function 0): the reply echoes the 16-bit ``nonce``."""
     _check_words((nonce,))
     return _echoed(_bytes(ReturnQueryDataRequest(message=nonce)))
+
+
+def read_shape(count: int, function: int = READ_HOLDING) -> Shape:
+    """The shape of every read of so many registers."""
+    return bytes((function, 2 * count)), 2 + 2 * count
+
+
+def request_length(pdu: bytes) -> int:
+    """How many bytes a request PDU that begins so has; 0 when that is no request that is known here."""
+    function = pdu[0]
+    if function in (READ_HOLDING, READ_INPUT, WRITE_ONE, DIAGNOSTICS):
+        return 5
+    return 6 + pdu[5] if function == WRITE_MANY and len(pdu) > 5 else 0
+
+
+def overheard(pdu: bytes) -> Request | None:
+    """The request that another master's whole PDU is; None when it is none that makes sense."""
+    function, number = pdu[0], int.from_bytes(pdu[3:5], "big")
+    if function in (READ_HOLDING, READ_INPUT):
+        return Request(pdu, *read_shape(number, function)) if 1 <= number <= READ_LIMIT else None
+    return Request(pdu, pdu[:5], 5) if function in (WRITE_ONE, DIAGNOSTICS, WRITE_MANY) else None
 
 
 def interpret(request: Request, pdu: bytes) -> Reply | None:

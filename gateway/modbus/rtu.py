@@ -1,17 +1,18 @@
 """RTU: unit, PDU, CRC (serial line V1.02, section 2.5.1).
 
-The end of a reply is known from its request, so no silence has to be measured. Every byte is tried as the
-last of a reply: a good one is found behind noise, our own echo or strangers' frames, and a damaged one
-hides nothing behind it.
+The length of a reply is known from its request. Whether the bytes so far end with it is looked at, whatever
+stands before it: a good reply is found behind noise, our own echo or strangers' frames. What goes on behind
+it belongs to it and makes it none, so that it is believed only when the silence between frames has followed.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import lru_cache
 
 from pymodbus.framer import FramerRTU
 
-from gateway.modbus.pdu import EXCEPTION_LENGTH, Reply, Request, interpret
+from gateway.modbus.pdu import EXCEPTION_LENGTH, Reply, Request, interpret, request_length
 
 _UNIT = 1
 _CRC = 2
@@ -40,6 +41,14 @@ class RtuFraming:
         """The CRC is right; the shortest frame has a unit, a function and the CRC."""
         return len(data) > _UNIT + _CRC and crc(data[:-_CRC]) == data[-_CRC:]
 
+    def requests(self, data: bytes) -> Iterator[tuple[int, bytes, int]]:
+        """Every place is tried, since silences are not known here."""
+        for start in range(len(data) - _UNIT - _CRC):
+            length = request_length(data[start + _UNIT :])
+            end = start + _UNIT + length + _CRC
+            if length and end <= len(data) and crc(data[start : end - _CRC]) == data[end - _CRC : end]:
+                yield data[start], data[start + _UNIT : end - _CRC], end
+
 
 class RtuSeeker:
     """Finds the reply to one request."""
@@ -49,10 +58,9 @@ class RtuSeeker:
     def __init__(self, sent: bytes, request: Request, echo: bool) -> None:
         self._sent = sent
         self._request = request
-        self._echo = echo
-        self._passed_echo = False
-        self._buffer = b""
-        self._tried = 0
+        self._copies = 2 if echo and request.mirrored else 1
+        self.heard = b""
+        self.length = 0
         unit = sent[:_UNIT]
         self._forms = (
             (unit + request.head, _UNIT + request.reply_length + _CRC),
@@ -61,55 +69,35 @@ class RtuSeeker:
 
     @property
     def echoed(self) -> bool:
-        """True when the request itself came back; where it looks like its own reply (06H, 08H), that is
-        known only of an echo that was expected."""
-        unlike = self._request.head != self._request.pdu
-        return self._passed_echo or (unlike and self._sent in self._buffer)
+        """True when what came begins with the request itself."""
+        return self.heard.startswith(self._sent)
 
     @property
-    def behind(self) -> int:
-        """Bytes that were not tried yet."""
-        return len(self._buffer) - self._tried
+    def spoilt(self) -> bool:
+        """True when what came is the reply, but for a few bits or a byte of it."""
+        head, length = self._forms[0]
+        own = len(self._sent) if self.echoed else 0
+        excess = len(self.heard) - own - length
+        return self.heard.startswith(head[:1] if not excess else head, own) and abs(excess) <= 1
 
     def feed(self, data: bytes) -> Reply | None:
-        """Take more bytes; the next reply whose CRC is right, or None."""
-        self._buffer += data
-        if self._echo and not self._behind_echo():
-            return None
-        while (end := self._next_end()) is not None:
-            self._tried = end
-            for head, length in self._forms:
-                if (reply := self._ending_here(head, length)) is not None:
-                    return reply
-        self._tried = len(self._buffer)
+        """Take more bytes; the reply that all of them end with, or None."""
+        self.heard += data
+        for head, length in self._forms:
+            if (reply := self._ending(head, length)) is not None:
+                self.length = length
+                return reply
         return None
 
-    def _next_end(self) -> int | None:
-        """The first byte not tried yet that could be the last of a reply, by what the reply begins with; the
-        end of it."""
-        ends = [
-            start + length
-            for head, length in self._forms
-            if (start := self._buffer.find(head, max(0, self._tried - length + 1))) >= 0
-        ]
-        end = min(ends, default=None)
-        return None if end is None or end > len(self._buffer) else end
-
-    def _behind_echo(self) -> bool:
-        """Skip our own request, once; False while it has not come back whole."""
-        at = self._buffer.find(self._sent)
-        if at >= 0:
-            self._buffer = self._buffer[at + len(self._sent) :]
-            self._echo, self._passed_echo = False, True
-        return at >= 0
-
-    def _ending_here(self, head: bytes, length: int) -> Reply | None:
-        start = self._tried - length
-        if start < 0 or not self._buffer.startswith(head, start):
+    def _ending(self, head: bytes, length: int) -> Reply | None:
+        start = len(self.heard) - length
+        if start < 0 or not self.heard.startswith(head, start):
             return None
-        frame = self._buffer[start : self._tried]
+        frame = self.heard[start:]
         if crc(frame[:-_CRC]) != frame[-_CRC:]:
             return None
+        if frame == self._sent and self.heard.count(self._sent) < self._copies:
+            return None  # our own echo
         return interpret(self._request, frame[_UNIT:-_CRC])
 
 

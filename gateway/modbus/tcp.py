@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from collections.abc import Iterator
 from itertools import count
 
 from gateway.modbus.pdu import Reply, Request, interpret
@@ -40,6 +41,10 @@ class TcpFraming:
         _, protocol, length, _ = _HEADER.unpack_from(data)
         return (protocol, length) == (0, len(data) - _HEADER.size + 1)
 
+    def requests(self, data: bytes) -> Iterator[tuple[int, bytes, int]]:
+        """Nobody else speaks on a connection."""
+        return iter(())
+
 
 class TcpSeeker:
     """Finds the reply to one request."""
@@ -51,14 +56,13 @@ class TcpSeeker:
         self._number, _, _, self._unit = _HEADER.unpack_from(sent)
         self._request = request
         self._buffer = b""
-
-    @property
-    def behind(self) -> int:
-        """Bytes that belong to a later frame."""
-        return len(self._buffer)
+        self.heard = b""
+        self.length = 0
+        self.spoilt = False
 
     def feed(self, data: bytes) -> Reply | None:
         """Take more bytes; the reply, or None. A stream out of step is dropped to its end."""
+        self.heard += data
         self._buffer += data
         while len(self._buffer) >= _HEADER.size:
             number, protocol, length, unit = _HEADER.unpack_from(self._buffer)
@@ -69,6 +73,7 @@ class TcpSeeker:
                 return None
             pdu = self._take(length)
             if (number, unit) == (self._number, self._unit) and (reply := interpret(self._request, pdu)):
+                self.length = len(self.heard)
                 return reply
         return None
 

@@ -9,18 +9,22 @@ from gateway.modbus.framing import FramingName
 
 SILENCE = 3.5
 """Characters of silence between RTU frames (serial line V1.02, section 2.5.1.1)."""
+END = 1.5
+"""Characters of silence after which an RTU frame has ended: what comes earlier belongs to it."""
 FIXED_ABOVE = 19200
-"""Above this baud rate the silence is no longer counted in characters but fixed."""
+"""Above this baud rate silences are no longer counted in characters but fixed."""
 FIXED_SILENCE = 0.00175
-"""Seconds of silence above `FIXED_ABOVE` baud."""
+FIXED_END = 0.00075
+"""Seconds of both above `FIXED_ABOVE` baud."""
 
 
 @dataclass(frozen=True, slots=True)
 class Timing:
-    """Seconds per character, and the mandatory silence between frames in seconds."""
+    """Seconds per character, the mandatory silence between frames, and the silence that ends a frame."""
 
     character: float
     gap: float
+    end: float = 0.0
 
     def duration(self, characters: int) -> float:
         """Seconds that a frame of so many characters takes."""
@@ -37,9 +41,8 @@ def timing_of(framing: FramingName, baud: int, form: SerialFormat, gap: float = 
     if framing == "tcp":
         return Timing(0.0, gap)
     character = form.bits_per_character / baud
-    silence = _rtu_silence(baud, character) if framing == "rtu" else 0.0
-    return Timing(character, max(gap, silence))
-
-
-def _rtu_silence(baud: int, character: float) -> float:
-    return FIXED_SILENCE if baud > FIXED_ABOVE else SILENCE * character
+    if framing == "ascii":
+        return Timing(character, gap)
+    if baud > FIXED_ABOVE:
+        return Timing(character, max(gap, FIXED_SILENCE), FIXED_END)
+    return Timing(character, max(gap, SILENCE * character), END * character)

@@ -380,7 +380,9 @@ def test_strays_postpone_a_request_only_so_long() -> None:
     bench.run(2)
     asked = [at for at, sent, _ in bench.wire if sent and at > start]
     assert asked[0] - start <= 0.5 + 0.1 + 0.02
-    assert bench.line.counters.answered - before >= 3, "the replies are found among the noise"
+    assert bench.line.counters.answered == before, "what bytes follow at once is no reply"
+    bench.run(10)
+    assert bench.line.counters.answered > before + 10
 
 
 def test_a_late_stranger_is_left_to_end() -> None:
@@ -442,7 +444,7 @@ def test_function_06_is_used_where_the_profile_says_so() -> None:
     jobs = [bench.ask(Write(5, 2, (7,))), bench.ask(Write(5, 1, (1, 2)))]
     bench.run(1)
     assert [bench.result(job) for job in jobs] == [Answered(), Answered()]
-    assert [d[1] for d in requests(bench)] == [6, 16]
+    assert [d[1] for d in requests(bench)] == [3, 6, 16], "a read first shows whether there is an echo"
 
 
 def test_the_plan_follows_what_is_learned() -> None:

@@ -35,7 +35,8 @@ def ends(bench: Bench, job: int) -> float:
 
 
 def told(bench: Bench, job: int) -> float:
-    return next(at for at, action in bench.log if isinstance(action, JobDone) and action.id == job)
+    """Since when the result of a job is known."""
+    return next(action.at for action in bench.of(JobDone) if action.id == job)
 
 
 def replies(bench: Bench) -> list[float]:

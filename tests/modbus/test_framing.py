@@ -125,12 +125,14 @@ def test_damaged_frame_does_not_hide_the_good_one(name: str, request: Request) -
     assert seeker.feed(frame[:-3] + frame) == meaning(request)
 
 
-def test_a_second_reply_stands_behind_the_first() -> None:
+def test_only_what_stands_at_the_end_is_a_reply() -> None:
     request = REQUESTS[0]
     framing, seeker, _ = start("rtu", request)
-    late = framing.encode(UNIT, bytes((0x83, 2)))
-    assert seeker.feed(late + framing.encode(UNIT, reply_to(request))) == Reply(exception=2)
-    assert seeker.feed(b"") == meaning(request)
+    late, reply = framing.encode(UNIT, bytes((0x83, 2))), framing.encode(UNIT, reply_to(request))
+    assert seeker.feed(late + reply) == meaning(request)
+    assert seeker.length == len(reply)
+    assert seeker.feed(b"\x00") is None
+    assert seeker.feed(late) == Reply(exception=2)
 
 
 @given(st.sampled_from(["rtu", "ascii", "tcp"]), requests, st.binary(max_size=300), cuts)

@@ -1,4 +1,4 @@
-"""The plan of a line at run time: made anew when something else is wanted, or units are slower than thought."""
+"""The plan of a line at run time: made anew when something else is wanted, or units prove slower."""
 
 from __future__ import annotations
 

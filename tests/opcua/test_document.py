@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import re
 from pathlib import Path
 
@@ -10,8 +11,17 @@ import pytest
 from gateway.northbound.opcua.status import _DRIVE_ERROR, outcome_status, quality_status
 from gateway.tag import Cause, Outcome, Quality, Verdict
 
-TEXT = (Path(__file__).parents[2] / "docs" / "northbound.md").read_text(encoding="utf-8")
+ROOT = Path(__file__).parents[2]
+TEXT = (ROOT / "docs" / "northbound.md").read_text(encoding="utf-8")
 ROW = re.compile(r"^\| `(\w+)` \| `(Good|Bad\w+|Uncertain\w+)` \|", re.MULTILINE)
+OF_OTHER_VERDICTS = {
+    Cause.NO_ANSWER,
+    Cause.LINE_DOWN,
+    Cause.NOT_PROVED,
+    Cause.SUPERSEDED,
+    Cause.INTERNAL,
+}
+"""Causes of outcomes that are failed, unknown or superseded, never refused."""
 OF_MQTT = {Cause.RETAINED, Cause.EXPIRED, Cause.WRONG_EPOCH, Cause.MALFORMED, Cause.DUPLICATE}
 
 
@@ -33,10 +43,28 @@ def test_verdicts() -> None:
 
 
 def test_causes() -> None:
-    causes = set(Cause) - OF_MQTT - {Cause.NONE, Cause.DRIVE_REFUSED}
+    causes = set(Cause) - OF_MQTT - OF_OTHER_VERDICTS - {Cause.NONE, Cause.DRIVE_REFUSED}
     assert table("cause") == {
         cause.value: outcome_status(Outcome(verdict=Verdict.REFUSED, cause=cause)).name for cause in causes
     }
+
+
+def refusals() -> set[Cause]:
+    """The causes that the program gives to a refusal, wherever it writes one down."""
+    found = set()
+    for path in (ROOT / "gateway").rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Call):
+                text = ast.unparse(node)
+                causes = {Cause[name] for name in re.findall(r"Cause\.([A-Z_]+)", text)}
+                refuses = "Verdict.REFUSED" in text or re.match(r"refused?\(", text)
+                found |= causes if refuses and len(causes) == 1 else set()
+    return found
+
+
+def test_no_refusal_has_another_cause() -> None:
+    assert refusals() & OF_OTHER_VERDICTS == set()
+    assert {Cause.OUT_OF_RANGE, Cause.PRECONDITION, Cause.NO_RIGHTS} < refusals()
 
 
 @pytest.mark.parametrize("error", _DRIVE_ERROR)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
 
 from gateway.mapping import names
@@ -12,6 +12,7 @@ from gateway.mapping.commands import STOP, STOP_ALL
 from gateway.mapping.coverage import check_cases
 from gateway.mapping.facts import FUNCTIONS, LOOP_BACK
 from gateway.mapping.finding import Report, some
+from gateway.mapping.layout import Layout
 from gateway.mapping.node import Path
 from gateway.mapping.overlap import check_overlap
 from gateway.mapping.pointcheck import check_point
@@ -31,7 +32,7 @@ def check(resolved: Resolved, stem: str, report: Report) -> None:
     check_overlap(layout, profile.points, report)
     check_reach(profile.points.values(), layout, profile.modbus, report)
     check_holes(profile.points.values(), layout, profile.modbus, report)
-    for point in profile.points.values():
+    for point in _first_of_each_entry(layout, profile.points):
         check_point(point, layout, resolved, report)
         if point.cases and not report.wrong(layout.keys[point.name].place("cases")):
             check_cases(point, layout.keys[point.name], profile, report)
@@ -48,10 +49,18 @@ def check(resolved: Resolved, stem: str, report: Report) -> None:
     _check_identity(profile, report)
 
 
+def _first_of_each_entry(layout: Layout, points: Mapping[str, Point]) -> Iterable[Point]:
+    """The points without the repeats of one entry, which are as right or wrong as the first."""
+    first: dict[Path, Point] = {}
+    for point in points.values():
+        first.setdefault(layout.keys[point.name].path, point)
+    return first.values()
+
+
 def _check_origins(profile: Profile, report: Report) -> None:
     """What is known of similar models only, and is written all the same: told once for the whole profile."""
     points = [p.name for p in profile.points.values() if p.access.writable and p.provenance.similar]
-    if points:
+    if points and not report.wrong_key("source"):
         message = f"{some(points)}: written, but known from similar models only"
         report.warn(("documents",), message, "try it on the drive, and give its own source", key=True)
 
@@ -63,7 +72,7 @@ def _check_broadcast(resolved: Resolved, report: Report) -> None:
         return
     check_overlap(layout, broadcast.points, report)
     check_reach(broadcast.points.values(), layout, resolved.profile.modbus, report)
-    for point in broadcast.points.values():
+    for point in _first_of_each_entry(layout, broadcast.points):
         check_point(point, layout, resolved, report)
     runs = [name for name in broadcast.commands if name.startswith("run_")]
     if runs and STOP_ALL not in broadcast.commands:
@@ -124,7 +133,7 @@ def _check_names(resolved: Resolved, report: Report) -> None:
 
 def _check_near(name: str, path: tuple[str | int, ...], standard: list[str], report: Report) -> None:
     known = names.near_miss(name, standard)
-    if known:
+    if known and not report.missing(known):
         report.warn(
             path,
             f"`{name}` looks like the shared name `{known}`",

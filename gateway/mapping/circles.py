@@ -13,11 +13,13 @@ Leaning = Mapping[str, Mapping[str, str]]
 
 
 def check_circles(points: Mapping[str, Point], keys: Mapping[str, Inherited], report: Report) -> None:
-    """Complain about each point that depends on itself, be it by way of others."""
+    """Complain about each circle of points that depend on themselves, be it by way of others."""
     leaning = {point.name: dict(_needs(point)) for point in points.values()}
+    told: set[frozenset[str]] = set()
     for name in points:
         way = _way_back(name, leaning)
-        if way:
+        if way and frozenset(way) not in told:
+            told.add(frozenset(way))
             chain = " needs ".join(f"`{each}`" for each in [name, *way])
             place = keys[name].place(leaning[name][way[0]])
             report.error(place, f"{chain}: a circle", "break it")

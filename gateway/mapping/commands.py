@@ -91,7 +91,7 @@ class CommandMaker:
         if not raw.write:
             self._report.error((*path, "write"), "the step writes nothing", "name at least one point")
         known = [point for name in raw.write if (point := self._points.get(name)) is not None]
-        if len(known) == len(raw.write):
+        if len(known) == len(raw.write) and all(point.access.writable for point in known):
             self._check_together(known, (*path, "write"))
         until = self._conditions.find(raw.until, (*path, "until"))
         for term in until:

@@ -112,4 +112,8 @@ class DatumMaker:
             message = f"`{key}` does not fit: the raw value can be {least} to {most}"
             self._report.error(path, message, "correct it", key=True)
             return None
+        if encoding.values and not any(low <= raw <= high for raw in encoding.values):
+            message = f"`{key}` has no name in `values`, so it is never written"
+            self._report.error(path, message, "name it, or leave it out", key=True)
+            return None
         return low, high

@@ -191,9 +191,11 @@ class Encodings:
     def _unmixed(self, encoding: Encoding, keys: Inherited) -> None:
         """A unit is for amounts: neither a single bit nor named values have one."""
         amount = encoding.symbol or encoding.times or encoding.offset
-        if amount and (encoding.values or encoding.patterns or encoding.width == 1):
+        named = encoding.values or encoding.patterns
+        text = encoding.type is NumberType.TEXT
+        if amount and (named or text or encoding.width == 1):
             key = next(key for key in ("unit", "times", "offset") if key in keys.where)
-            what = "`values`" if encoding.values or encoding.patterns else "a single bit"
+            what = "`values`" if named else "a text" if text else "a single bit"
             message = f"`{key}` cannot stand beside {what}"
             self._report.error(keys.place(key), message, "leave one of them out", key=True)
 

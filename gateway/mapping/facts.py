@@ -164,7 +164,10 @@ def _holes(raw: Modbus, notations: Notations, report: Report) -> list[tuple[int,
         try:
             low, _, high = text.partition("..")
             first = notations.find(low.strip()).address
-            holes.append((first, notations.find(high.strip()).address if high else first))
+            last = notations.find(high.strip()).address if high else first
+            if first > last:
+                raise FormError(f"the hole `{text}` is empty", "put the lower end first")
+            holes.append((first, last))
         except FormError as error:
             report.error(("modbus", "holes", index), error.message, error.remedy)
     return holes

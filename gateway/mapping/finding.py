@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from gateway.mapping.lost import Lost, displaces, hurts, spelled_like
@@ -22,10 +22,13 @@ class Finding:
     column: int
     message: str
     remedy: str
+    also: tuple[int, ...] = ()
+    """Other lines of the file that the same mistake makes wrong."""
 
     def __str__(self) -> str:
         prefix = "warning: " if self.severity == "warning" else ""
-        return f"{self.file}:{self.line}:{self.column}: {prefix}{self.message} ({self.remedy})"
+        also = f"; also in line {', '.join(map(str, self.also))}" if self.also else ""
+        return f"{self.file}:{self.line}:{self.column}: {prefix}{self.message} ({self.remedy}{also})"
 
 
 class Report:
@@ -39,6 +42,8 @@ class Report:
         """What was left out, and therefore is not complained about."""
         self._wrong: set[Path] = set()
         self._unknown: set[str] = set()
+        self._missing: dict[str, int] = {}
+        """Message about a name that nobody declares to the finding that told it first."""
 
     def error(self, path: Path, message: str, remedy: str, *, key: bool = False) -> None:
         """Add an error at the value of ``path`` (at its key with ``key``)."""
@@ -50,13 +55,41 @@ class Report:
 
     def unknown_name(self, path: Path, name: str, message: str, remedy: str, *, key: bool = False) -> None:
         """Add an error about a name that nobody declares, unless a part that was left out may do so."""
-        if not self.lost.name(name):
+        if self.lost.name(name):
+            return
+        self._unknown.add(name)
+        first = self._missing.get(message)
+        if first is None:
+            before = len(self.findings)
             self.error(path, message, remedy, key=key)
-            self._unknown.add(name)
+            if len(self.findings) > before:
+                self._missing[message] = before
+        else:
+            self._also(first, path, key)
+
+    def wrong_key(self, key: str) -> bool:
+        """True when there is an error at any key of that name."""
+        return any(place[-1:] == (key,) for place in self._wrong)
+
+    def missing(self, name: str) -> bool:
+        """True when somebody needs a name that nobody declares, and that was told."""
+        return name in self._unknown
 
     def meant(self, name: str) -> bool:
         """True when a name that nobody declares was probably to be this one."""
         return any(spelled_like(unknown, name) for unknown in self._unknown)
+
+    def _also(self, first: int, path: Path, key: bool) -> None:
+        """Name another place where the same name is missing: it is one mistake, be it here or there."""
+        self._wrong.add(path)
+        file, (line, column) = self.root.place(path, key=key)
+        found = self.findings[first]
+        if (file or self.file) != found.file or line == found.line:
+            return
+        lines = sorted({*found.also, found.line, line})
+        if line < found.line:
+            found = replace(found, line=line, column=column)
+        self.findings[first] = replace(found, also=tuple(each for each in lines if each != found.line))
 
     def wrong(self, path: Path) -> bool:
         """True when there is an error at ``path`` or below, or something was left out there: what follows

@@ -15,6 +15,8 @@ from gateway.mapping.units import SYMBOLS
 
 _DECIMAL = re.compile(r"-?\d+(\.\d+)?", re.ASCII)
 _HEX = re.compile(r"[0-9A-F]+H")
+_FOREIGN_HEX = re.compile(r"0[xX]([0-9A-Fa-f]+)|([0-9A-Fa-f]+)h", re.ASCII)
+_GLUED = re.compile(r"(\d[\d./]*)([^\d./ ].*)")
 _BINARY = re.compile(r"[01]+B")
 _PATTERN = re.compile(r"[01x]*x[01x]*B")
 _FRACTION = re.compile(r"(\d+)/(\d+)", re.ASCII)
@@ -70,7 +72,17 @@ def number(text: str) -> Fraction:
         return Fraction(int(text[:-1], 16))
     if _BINARY.fullmatch(text):
         return Fraction(int(text[:-1], 2))
-    raise FormError(f"`{text}` is not a number", "write it like 14, -7.26, 0EH or 1110B")
+    raise FormError(f"`{text}` is not a number", _number_meant(text))
+
+
+def _number_meant(text: str) -> str:
+    """How others write numbers, and how it is written here."""
+    hexadecimal = _FOREIGN_HEX.fullmatch(text)
+    if hexadecimal:
+        return f"did you mean `{(hexadecimal[1] or hexadecimal[2]).upper()}H`?"
+    if _DECIMAL.fullmatch(text.replace(",", ".")):
+        return f"did you mean `{text.replace(',', '.')}`?"
+    return "write it like 14, -7.26, 0EH or 1110B"
 
 
 def integer(text: str) -> int:
@@ -128,14 +140,21 @@ def unit(text: str) -> Unit:
     """``0.01 Hz`` or ``10/1023 V``: the number is compulsory and above zero."""
     amount, _, symbol = text.partition(" ")
     if not symbol:
-        like = f"1 {text}" if text in SYMBOLS else "0.01 Hz"
-        raise FormError(f"`{text}` is not a unit", f"write a number and a symbol, like {like}")
+        raise FormError(f"`{text}` is not a unit", _unit_meant(text))
     scale = _amount(amount)
     if scale <= 0:
         raise FormError(f"the number of the unit `{text}` is not above zero", "say what one count is worth")
     if symbol not in SYMBOLS:
         raise FormError(f"`{symbol}` is not a unit symbol", _symbol(symbol))
     return Unit(scale, symbol)
+
+
+def _unit_meant(text: str) -> str:
+    glued = _GLUED.fullmatch(text)
+    if glued and glued[2] in SYMBOLS:
+        return f"did you mean `{glued[1]} {glued[2]}`?"
+    like = f"1 {text}" if text in SYMBOLS else "0.01 Hz"
+    return f"write a number and a symbol, like {like}"
 
 
 def _symbol(text: str) -> str:
@@ -189,9 +208,10 @@ def truth(text: str) -> bool:
 def name(text: str) -> str:
     """A snake_case name."""
     if not _NAME.fullmatch(text):
-        raise FormError(
-            f"`{text}` is not a name", "use small letters, digits and single _ like output_current"
-        )
+        meant = re.sub(r"[^a-z0-9]+", "_", re.sub(r"(?<=[a-z])(?=[A-Z])", "_", text).lower()).strip("_")
+        spelled = f"did you mean `{meant}`?" if _NAME.fullmatch(meant) else ""
+        remedy = spelled or "use small letters, digits and single _ like output_current"
+        raise FormError(f"`{text}` is not a name", remedy)
     return text
 
 

@@ -22,6 +22,20 @@ SEEN = "seen"
 """In the context of a validation: the model that each table was checked against."""
 TRIMMED = "trimmed"
 """In the context of a validation: true when something was left out of the file."""
+ELSEWHERE: dict[str, tuple[str, ...]] = {
+    **dict.fromkeys(("address", "addr", "register", "reg"), ("at", "unit")),
+    **dict.fromkeys(("scale", "factor", "multiplier", "gain", "units"), ("unit",)),
+    **dict.fromkeys(("min", "max", "minimum", "maximum", "limits"), ("range", "ranges")),
+    **dict.fromkeys(("enum", "enums", "map", "options", "choices"), ("values",)),
+    **dict.fromkeys(("description", "desc", "comment", "label"), ("help",)),
+    **dict.fromkeys(("slave", "slave_id", "station", "id", "node_id"), ("unit",)),
+    **dict.fromkeys(("baud", "baudrate", "baud_rate", "speed", "parity", "stopbits"), ("serial",)),
+    **dict.fromkeys(("device", "tty", "host", "path"), ("port",)),
+    **dict.fromkeys(("poll", "period", "interval", "scan"), ("rate",)),
+    **dict.fromkeys(("writable", "readonly", "rw", "mode"), ("access",)),
+    **dict.fromkeys(("data_type", "datatype", "format"), ("type", "serial")),
+}
+"""Keys that other configurations have, and what says the same here."""
 _MANY = 15
 """More known words than these are not listed."""
 
@@ -94,13 +108,14 @@ def _filled(values: Any, info: core_schema.ValidationInfo) -> Any:
     return values
 
 
-def nearest(word: str, known: list[str]) -> str:
-    """A remedy that names the known word that is spelled most like ``word``."""
+def nearest(word: str, known: list[str], else_: str = "correct it") -> str:
+    """A remedy that names the known word that is spelled most like ``word``; ``else_`` where none is and
+    there are too many to list."""
     match = closest(word, known)
     if match:
         return f"did you mean `{match}`?"
     if len(known) > _MANY:
-        return "correct it"
+        return else_
     return f"known are {', '.join(known)}" if known else "there are none"
 
 

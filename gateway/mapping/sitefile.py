@@ -17,6 +17,8 @@ from gateway.mapping.shape import Entry, Filled, Shape
 LABEL = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]*")
 """What names of sites, lines and drives are made of."""
 _SPEED = re.compile(r"(\d{3,7}) +(\S+)", re.ASCII)
+_SPEED_SOMEHOW = re.compile(r"(\d{3,7})", re.ASCII)
+_FORMAT_SOMEHOW = re.compile(r"([78])\W?([NEO])\W?([12])(?!\d)", re.ASCII)
 _NETWORK = ("tcp", "modbus")
 SIMULATED = "simulated:"
 
@@ -24,7 +26,10 @@ SIMULATED = "simulated:"
 def label(text: str) -> str:
     """A name that can be a topic level and a node id: letters, digits, ``-`` and ``_``."""
     if not LABEL.fullmatch(text):
-        raise FormError(f"`{text}` cannot be a name here", "use letters, digits, - and _, like fan-1")
+        meant = re.sub(r"[^A-Za-z0-9_-]+", "-", text).strip("-")
+        remedy = "use letters, digits, - and _, like fan-1"
+        known = f"did you mean `{meant}`?" if LABEL.fullmatch(meant) else remedy
+        raise FormError(f"`{text}` cannot be a name here", known)
     return text
 
 
@@ -32,7 +37,9 @@ def speed(text: str) -> tuple[int, SerialFormat]:
     """``9600 8N2``: bits per second and format of a character."""
     match = _SPEED.fullmatch(text)
     if not match:
-        raise FormError(f"`{text}` is not a serial setting", "write it like 9600 8N2")
+        found = _SPEED_SOMEHOW.search(text), _FORMAT_SOMEHOW.search(text)
+        like = f"{found[0][1]} {''.join(found[1].groups())}" if found[0] and found[1] else "9600 8N2"
+        raise FormError(f"`{text}` is not a serial setting", f"write it like {like}")
     return int(match[1]), forms.serial_format(match[2])
 
 

@@ -18,7 +18,7 @@ from pydantic_core import ErrorDetails
 from gateway.mapping.finding import Report
 from gateway.mapping.forms import FormError
 from gateway.mapping.node import Node, Path
-from gateway.mapping.shape import SEEN, TRIMMED, Shape, closest, nearest
+from gateway.mapping.shape import ELSEWHERE, SEEN, TRIMMED, Shape, closest, nearest
 
 _ROUNDS = 20
 _SURE = 0.7
@@ -75,7 +75,19 @@ class _Wrong:
     @property
     def meant(self) -> str | None:
         """The key that an unknown one probably is."""
-        return closest(str(self.path[-1]), self.model.key_names()) if self.unknown else None
+        return (self.foreign or closest(self.key, self.model.key_names())) if self.unknown else None
+
+    @property
+    def foreign(self) -> str | None:
+        """The key that says here what an unknown one says elsewhere."""
+        alike = closest(self.key, self.model.key_names(), _SURE)
+        known = (word for word in ELSEWHERE.get(self.key.lower(), ()) if word in self.model.key_names())
+        return next(known, None) if alike is None else None
+
+    @property
+    def key(self) -> str:
+        """The key itself."""
+        return str(self.path[-1])
 
     @property
     def meant_path(self) -> Path:
@@ -95,15 +107,20 @@ def _tell(wrong: _Wrong, others: list[_Wrong], report: Report) -> None:
     if isinstance(error, FormError):
         report.error(path, error.message, error.remedy)
     elif wrong.unknown:
-        report.error(
-            path, f"unknown key `{path[-1]}`", nearest(str(path[-1]), wrong.model.key_names()), key=True
-        )
+        report.error(path, f"unknown key `{path[-1]}`", _key_meant(wrong), key=True)
     elif not wrong.missing:
         report.error(path, *_words(wrong.detail))
     elif not report.lost.covers(path) and not any(
         other.path[:-1] == path[:-1] and other.meant == path[-1] for other in others
     ):
         report.error(path[:-1], f"`{path[-1]}` is missing", "add it", key=True)
+
+
+def _key_meant(wrong: _Wrong) -> str:
+    """The key that is spelled like an unknown one, or that means the same elsewhere."""
+    if wrong.foreign is not None:
+        return f"here that is `{wrong.foreign}`"
+    return nearest(wrong.key, wrong.model.key_names(), "docs/mapping-reference.md has all keys")
 
 
 def _words(detail: ErrorDetails) -> tuple[str, str]:
@@ -128,8 +145,9 @@ def _words(detail: ErrorDetails) -> tuple[str, str]:
 
 def _adopt(wrong: _Wrong, data: Any, root: Node) -> bool:
     """Take an unknown key for the one that it misspells, so that what stands below is checked as well."""
-    holder, node, key = _at(data, wrong.path[:-1]), root.at(wrong.path[:-1]), str(wrong.path[-1])
-    meant = closest(key, wrong.model.key_names(), _SURE) if wrong.unknown else None
+    holder, node, key = _at(data, wrong.path[:-1]), root.at(wrong.path[:-1]), wrong.key
+    sure = wrong.foreign or closest(key, wrong.model.key_names(), _SURE)
+    meant = sure if wrong.unknown else None
     if meant is None or node is None or not isinstance(node.value, dict) or meant in node.keys:
         return False
     holder[meant] = holder.pop(key)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from gateway.core.planning import LinePlan, line_plans
+from gateway.core.planning import LinePlan, setup_of
+from gateway.line.forecast import Setup, forecast
+from gateway.line.repairs import repairs
 from gateway.mapping.finding import Finding, Report
 from gateway.mapping.node import Node
 from gateway.mapping.reader import read
@@ -14,9 +16,11 @@ def judged(site: Site) -> list[Finding]:
     """Warnings about a site that loads: drives that will take their line for dead."""
     root, _ = read(site.path.read_bytes(), str(site.path))
     report = Report(str(site.path), root or Node(1, 1, {}))
-    for plan in line_plans(site):
+    for line in site.lines:
+        setup = setup_of(site, line)
+        plan = LinePlan(line, forecast(setup), ())
         if message := _late(plan):
-            report.warn(("lines", plan.line.name), message, _remedy(plan), key=True)
+            report.warn(("lines", line.name), message, _remedy(plan, setup), key=True)
     return report.findings
 
 
@@ -38,8 +42,9 @@ def _late(plan: LinePlan) -> str:
     )
 
 
-def _remedy(plan: LinePlan) -> str:
+def _remedy(plan: LinePlan, setup: Setup) -> str:
     """The cheapest change that is enough, in the words of the plan."""
-    possible = all(watchdog.possible for watchdog in plan.forecast.watchdogs)
-    best = next((repair for repair in plan.repairs if repair.forecast.fits), None)
-    return repair_text(plan, best) if best and possible else "raise the speed, or split the line"
+    if not all(watchdog.possible for watchdog in plan.forecast.watchdogs):
+        return "raise the speed, or split the line"
+    best = next((repair for repair in repairs(setup) if repair.forecast.fits), None)
+    return repair_text(plan, best) if best else "read less of it, or less often"

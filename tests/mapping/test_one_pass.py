@@ -232,3 +232,40 @@ def test_some_of_them_are_told_at_once(
 ) -> None:
     findings = told(tmp_path, in_profile, in_site)
     assert each_once(findings, [*in_profile, *in_site]), "\n".join(findings)
+
+
+def test_a_name_that_is_missing_in_many_places_is_one_mistake(tmp_path: Path) -> None:
+    """It is told where it is needed first, with the other lines."""
+    (finding,) = told(tmp_path, [Mistake("bits: {running: 0,", "bits: {runing: 0,", "")], [])
+    assert "`running` is no point and no setting (did you mean `runing`?; also in line 71, 74)" in finding
+    (finding,) = told(tmp_path, [Mistake("          reset: {bit", "          rset: {bit", "")], [])
+    assert finding.endswith("`reset` is no point (did you mean `rset`?)")
+
+
+def test_repeats_and_circles_are_told_once(tmp_path: Path) -> None:
+    wide = Mistake("unit: 0.01 Hz, range: 0..top}\ncommands", "unit: 0.01 Hz, range: 0..999}\ncommands", "")
+    (finding,) = told(tmp_path, [wide], [])
+    assert "the range of `preset_frequency_1` goes beyond" in finding
+    circle = [
+        Mistake("{at: 0012H, unit: 0.1 A}", "{at: 0012H, unit: 0.1 A, times: heat}", ""),
+        Mistake("{at: 0016H, unit: 1 °C}", "{at: 0016H, unit: 1 °C, times: output_current}", ""),
+    ]
+    (finding,) = told(tmp_path, circle, [])
+    assert "`output_current` needs `heat` needs `output_current`: a circle" in finding
+
+
+FOREIGN = [
+    ("unit: 0.1 A", "scale: 0.1", "unknown key `scale` (here that is `unit`)"),
+    ("at: 0012H", "register: 0012H", "unknown key `register` (here that is `at`)"),
+    ("unit: 0.1 A", 'unit: "0,1 A"', "`0,1` is not a number (did you mean `0.1`?)"),
+    ("unit: 0.1 A", "unit: 0.1A", "`0.1A` is not a unit (did you mean `0.1 A`?)"),
+    ("read_max: 16", "read_max: 0x10", "`0x10` is not a number (did you mean `10H`?)"),
+    ("      heat:", "      motorHeat:", "`motorHeat` is not a name (did you mean `motor_heat`?)"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "said"), FOREIGN)
+def test_how_others_write_it(old: str, new: str, said: str, tmp_path: Path) -> None:
+    findings = told(tmp_path, [Mistake(old, new, said)], [])
+    assert any(said in finding for finding in findings), findings
+    assert len(findings) == 1

@@ -13,6 +13,7 @@ from gateway.commands import (
     check,
     command,
     demo,
+    doctor,
     explain,
     health,
     lease,
@@ -69,6 +70,7 @@ def _panel(title: str, *modules: object) -> None:
 
 
 _panel("Run", demo, run, simulate)
-_panel("Look and act", read, watch, write, command, lease, maintenance, trace, audit, health, acknowledge)
+_panel("Look and act", read, watch, write, command, lease, maintenance)
+_panel("Look and act", trace, audit, health, doctor, acknowledge)
 _panel("Prepare", check, scan, plan, profiles, explain, schema)
 app.add_typer(users.app, name="users", rich_help_panel="Prepare")

@@ -16,6 +16,7 @@ from gateway.bridge.commanding import ControlState as ControlState  # noqa: PLC0
 from gateway.bridge.commanding import LeaseAct as LeaseAct  # noqa: PLC0414
 from gateway.bridge.report import Alarm as Alarm  # noqa: PLC0414
 from gateway.bridge.report import Demand as Demand  # noqa: PLC0414
+from gateway.bridge.report import Diagnosis as Diagnosis  # noqa: PLC0414
 from gateway.bridge.report import Frame as Frame  # noqa: PLC0414
 from gateway.bridge.report import Health as Health  # noqa: PLC0414
 from gateway.bridge.report import LineHealth as LineHealth  # noqa: PLC0414

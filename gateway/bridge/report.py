@@ -68,6 +68,21 @@ class RefusedGap(msgspec.Struct, frozen=True, kw_only=True):
         )
 
 
+class Diagnosis(msgspec.Struct, frozen=True, kw_only=True):
+    """Something that is wrong with a line: a code for programs (`gateway.line.doctor.finding.Illness`), one
+    sentence, the numbers that speak for it, and what to do. ``severity`` is error, warning or info;
+    ``drives`` are those concerned (none: the line); ``since`` when it was found."""
+
+    line: str
+    code: str
+    severity: str
+    text: str
+    remedy: str
+    drives: tuple[str, ...] = ()
+    evidence: Mapping[str, float] = {}
+    since: int = 0
+
+
 class Health(msgspec.Struct, frozen=True, kw_only=True):
     """How the core is doing."""
 
@@ -81,7 +96,9 @@ class Health(msgspec.Struct, frozen=True, kw_only=True):
     alarms: tuple[Alarm, ...] = ()
     """Every alarm that stands, the oldest first."""
     gaps: tuple[RefusedGap, ...] = ()
-    """What drives turned out not to let itself be read across."""
+    """What drives turned out not to let themselves be read across."""
+    diagnoses: tuple[Diagnosis, ...] = ()
+    """What is wrong with the lines."""
 
 
 class Reading(msgspec.Struct, frozen=True, kw_only=True):

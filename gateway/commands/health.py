@@ -48,14 +48,15 @@ def _lines(health: Health) -> list[str]:
     drives = [f"drive {name}: {'up' if up else 'down'}" for name, up in health.drives.items()]
     journal = [f"journal: {health.journal}"] if health.journal else []
     alarms = map(_alarm, health.alarms)
-    gaps = [gap.text for gap in health.gaps]
+    found = [f"line {one.line}: {one.text} ({one.remedy})" for one in health.diagnoses]
+    found += [gap.text for gap in health.gaps]
     return [
         f"up since {moment(health.started)}",
         *map(_line, health.lines),
         *drives,
         *journal,
         *alarms,
-        *gaps,
+        *found,
     ]
 
 

@@ -7,7 +7,7 @@ carries out its actions, a simulation can do the same under a virtual clock.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 
 from gateway.bridge.api import Happened
 from gateway.bridge.messages import (
@@ -18,28 +18,23 @@ from gateway.bridge.messages import (
     AskHealth,
     AskTrace,
     Call,
-    ControlsAre,
-    DemandIs,
     Done,
-    HealthIs,
     Promised,
     ReadTags,
     Response,
     RunCommand,
     Samples,
-    TraceIs,
     TurnedAway,
     Watch,
     WriteTag,
-    Wrong,
 )
 from gateway.core.alarms import Alarms
 from gateway.core.asks import Asks
 from gateway.core.catalogue import catalogue_of
 from gateway.core.clients import Clients
 from gateway.core.control import Control
-from gateway.core.demanded import demand_for
 from gateway.core.diagnostics import register
+from gateway.core.doctors import Doctors
 from gateway.core.drive import Drive
 from gateway.core.events import (
     Action,
@@ -61,10 +56,12 @@ from gateway.core.events import (
 )
 from gateway.core.gaps import GapWatch
 from gateway.core.health import Wellbeing
+from gateway.core.inquiries import Inquiries
 from gateway.core.lines import Lines
 from gateway.core.oversight import Oversight
 from gateway.core.own import OwnTags
 from gateway.core.polling import Polling
+from gateway.core.procedure import Ask, Procedure
 from gateway.core.reads import Reads
 from gateway.core.requests import Writes
 from gateway.core.selected import SelectedReads
@@ -105,11 +102,7 @@ class Core:
         self._writes = Writes(
             asks, self.polling, self.clients, self.lines, self.trail, self.control, self._replan
         )
-        self._selected = SelectedReads(
-            self.polling,
-            site.writes_enabled,
-            lambda drive, make, deadline: self._writes.start_quietly(drive, make, deadline, self._now),
-        )
+        self._selected = SelectedReads(self.polling, site.writes_enabled, self._start_quietly)
         self._reads = Reads(
             self.polling,
             self.own,
@@ -121,9 +114,13 @@ class Core:
         self._watchkeeper = Watchkeeper(self.drives, dict(site.rates), self.polling, self.clients)
         self._oversight = self._overseer()
         self._health = Wellbeing(
-            site.lines, self.lines, self.clients, self._watchkeeper, self.alarms, self.trail, self._gaps
+            site.lines, self.lines, self.clients, self._watchkeeper, self.alarms, self.trail
         )
-        register(self.own, self.lines, self._health)
+        self._doctors = Doctors(site.lines, self.lines, self.alarms, self.own)
+        self._inquiries = Inquiries(
+            self._health, self._doctors, self._gaps, self.control, self.polling, self.lines, self.clients
+        )
+        register(self.own, self.drives, self.lines, self._health)
         self.catalogue = catalogue_of(site, self.drives, self.own, version, generation=1)
 
     # -- the interface of the shell
@@ -155,6 +152,7 @@ class Core:
             self._selected.wake(),
             self.polling.next_check(),
             self.own.wake(),
+            self._doctors.wake(),
             self._oversight.wake(),
             self.trail.wake(),
         ]
@@ -178,6 +176,7 @@ class Core:
                 self._selected.tick(self._now)
                 self.polling.check_ages(self._now)
                 self.own.tick(self._now)
+                self._doctors.tick(self._now)
                 self._oversight.tick(self._now)
                 if self.trail.tick():
                     self._journal()
@@ -212,6 +211,7 @@ class Core:
         self._gaps.restore(event.memory.gaps)
         self._replan(self._watchkeeper.start())
         self.lines.start(self._now.mono)
+        self._doctors.start(self._now.mono)
 
     def _journal(self) -> None:
         """R2: while the journal cannot be written, nothing but a stop is obeyed, and an alarm says so."""
@@ -249,21 +249,8 @@ class Core:
                 self._reads.start(
                     tags, max_age, lambda samples: self.clients.tell(session, Samples(id, samples)), self._now
                 )
-            case AskControls(id):
-                self.clients.tell(session, ControlsAre(id, tuple(self.control.states())))
-            case AskHealth(id):
-                self.clients.tell(session, HealthIs(id, self._health.report(self._now)))
-            case AskDemand(id, tag):
-                self.clients.tell(
-                    session,
-                    DemandIs(
-                        id, demand_for(tag, self.polling, self.lines, self.clients, self._gaps.refused())
-                    ),
-                )
-            case AskTrace(id, line, after):
-                page = self._health.trace(line, after, self._now)
-                reply = Wrong(id, f"there is no line {line}") if page is None else TraceIs(id, page)
-                self.clients.tell(session, reply)
+            case AskControls() | AskHealth() | AskDemand() | AskTrace():
+                self.clients.tell(session, self._inquiries.answer(request, self._now))
             case _:
                 self._asked_to_act(session, request)
 
@@ -395,6 +382,9 @@ class Core:
         job = self.lines.new_job()
         self.lines.ask(line, line_does.Job(job, request, line_does.Priority.READ, deadline), self._now.mono)
         return job
+
+    def _start_quietly(self, drive: Drive, make: Callable[[Ask], Procedure], deadline: float) -> None:
+        self._writes.start_quietly(drive, make, deadline, self._now)
 
     def _admits(self, job: int) -> bool:
         return self._writes.admits(job)

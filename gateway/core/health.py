@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from gateway.bridge.api import Frame, Health, LineHealth, TracePage
+from gateway.bridge.api import Diagnosis, Frame, Health, LineHealth, RefusedGap, TracePage
 from gateway.core.alarms import Alarms
 from gateway.core.clients import Clients
-from gateway.core.gaps import GapWatch
 from gateway.core.lines import Lines
 from gateway.core.polling import wall_of
 from gateway.core.trail import Trail
@@ -33,7 +32,6 @@ class Wellbeing:
         watchkeeper: Watchkeeper,
         alarms: Alarms,
         trail: Trail,
-        gaps: GapWatch,
     ) -> None:
         self.started = Instant(0.0, 0)
         self._clock = self.started
@@ -43,7 +41,6 @@ class Wellbeing:
         self._clients = clients
         self._watchkeeper = watchkeeper
         self._alarms = alarms
-        self._gaps = gaps
         self._down: dict[str, str] = {config.name: "not open yet" for config in configs}
 
     @property
@@ -67,8 +64,8 @@ class Wellbeing:
         """Seconds since the core was started."""
         return now - self.started.mono
 
-    def report(self, now: Instant) -> Health:
-        """The state of everything."""
+    def report(self, diagnoses: tuple[Diagnosis, ...], gaps: tuple[RefusedGap, ...], now: Instant) -> Health:
+        """The state of everything, with what is wrong with lines and what drives refuse to be read across."""
         return Health(
             started=self.started.wall,
             lines=tuple(self._line(config, now.mono) for config in self._configs),
@@ -76,7 +73,8 @@ class Wellbeing:
             sessions=tuple(self._clients.names()),
             journal=self.journal,
             alarms=self._alarms.standing(),
-            gaps=self._gaps.refused(),
+            gaps=gaps,
+            diagnoses=diagnoses,
         )
 
     def trace(self, name: str, after: int, now: Instant) -> TracePage | None:

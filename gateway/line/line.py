@@ -10,6 +10,8 @@ import math
 from collections.abc import Callable, Sequence
 
 from gateway.line.connection import Connection
+from gateway.line.doctor.doctor import Asked, Doctor
+from gateway.line.doctor.finding import Finding
 from gateway.line.interface import (
     Action,
     Answered,
@@ -81,6 +83,7 @@ class Line:
         self._pauses = Pauses()
         self._held = 0.0
         self._overhearing = Overhearing(self._wire.framing)
+        self.doctor = Doctor((facts.unit for facts in units), settings.framing, timing, settings.echo)
 
     # What can be asked about it
 
@@ -112,6 +115,11 @@ class Line:
         """Share of the last ten seconds in which the wire was in use, mandatory silences included."""
         return self._record.utilisation(now)
 
+    def examine(self, now: float) -> list[Finding]:
+        """What is wrong with the line."""
+        down = [unit.facts.unit for unit in self._units if unit.up is False]
+        return self.doctor.examine(down, self.is_open, now)
+
     def wake(self) -> float | None:
         """When `tick` is next needed; None: not before something else happens."""
         if not self.is_open:
@@ -139,6 +147,7 @@ class Line:
         """The port is ready for use."""
         self._connection.opened()
         self._record.start(now)
+        self.doctor.opened(now)
         self._free_at = now + self.gap
         return self._advance(now)
 
@@ -260,6 +269,7 @@ class Line:
         if question.write is not None:
             self._units.wrote(question, sent.ends)
         self.counters.requests += 1
+        self.doctor.sent(question.unit, len(sent.data), isinstance(question.choice, Probe), now)
         self.trace.sent(sent.data, purpose(question), now)
         return [Transmit(sent.data)], sent
 
@@ -279,9 +289,24 @@ class Line:
         if since is None:
             self.counters.damaged += 1
             return [*news, *told(done, Silent(damaged=True), now, now)]
+        self._told_doctor(done, now)
         unit.turnaround.answered(self._wire.turnaround(done))
         new_plan = [PlanChanged()] if self._planning.follow_drift(unit, now) else []
         return [*news, *told(done, self._counted(reply), since, now), *new_plan]
+
+    def _asked(self, done: Transaction) -> Asked:
+        size = self._wire.framing.size(done.question.request.reply_length)
+        return Asked(done.question.unit, done.data, size, done.ends)
+
+    def _told_doctor(self, done: Transaction, now: float) -> None:
+        raw, reply = done.seeker.heard, done.reply
+        begin = len(raw) - done.seeker.length
+        exception = None if reply is None else reply.exception
+        self.doctor.answered(self._asked(done), raw[begin:], raw[:begin], exception, done.heard_at)
+        due = done.question.choice
+        if isinstance(due, Due) and not done.question.aside and exception is None:
+            self.doctor.renewed(due.unit, due.read_at, due.block.worst_age, now)
+            due.read_at = now
 
     def _heard(self, unit: Unit, now: float) -> list[Action]:
         if not unit.heard():
@@ -305,6 +330,7 @@ class Line:
             self.counters.damaged += 1
         else:
             self.counters.timeouts += 1
+        self.doctor.missed(self._asked(done), done.seeker.heard, now)
         unit.turnaround.missed()
         self._doubt(done)
         if done.question.aside:  # what was chosen is still due: let the other units go first
@@ -313,6 +339,7 @@ class Line:
         if done.doubted or not unit.silent(done.began, now):
             return actions
         self._planning.pace(now)
+        self.doctor.down(done.question.unit, now)
         reason = "damaged replies only" if done.heard else "no answer"
         down = UnitDown(done.question.unit, now, reason)
         return [*actions, down, *failed_blocks(self.plan, [unit], now)]
@@ -359,6 +386,7 @@ class Line:
         """Bytes that nobody asked for: keep the silence after them, within reason."""
         self.trace.received(data, now)
         self._overhearing.keep(data)
+        self.doctor.stray(data, now)
         wait = now + self.gap - max(now, self._free_at)
         if wait > 0 and self._held + wait <= STRAY_HOLD:
             self._held += wait

@@ -35,6 +35,8 @@ class Due:
     """Seconds after which it is due again: its period, or less on an overloaded line."""
     done: int = 0
     """Registers of the block that were read already, if it has to be read in parts."""
+    read_at: float = -math.inf
+    """When it was last answered."""
 
     @property
     def deadline(self) -> float:

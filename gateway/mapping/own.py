@@ -50,9 +50,32 @@ OF_CONTROL: Mapping[str, OwnPoint] = _named(
     )
 )
 """What the gateway adds to each drive about who commands it."""
+DEALINGS: Mapping[str, OwnPoint] = _named(
+    (
+        OwnPoint("_requests", "Requests to the drive since start"),
+        OwnPoint("_answered", "Normal replies since start"),
+        OwnPoint("_refused", "Exception replies since start"),
+        OwnPoint("_exceptions", "How often each exception code came since start: 02H: 3, 22H: 1", _TEXT),
+        OwnPoint("_timeouts", "Requests since start to which nothing came back"),
+        OwnPoint("_damaged", "Requests since start to which only damaged or foreign bytes came back"),
+        OwnPoint("_retries", "Requests since start after one that was not answered"),
+        OwnPoint("_probes", "Requests since start that only asked whether the drive is back"),
+        OwnPoint("_early_replies", "Replies since start that began before the silence was over"),
+        OwnPoint("_bytes_sent", "Bytes sent to the drive since start"),
+        OwnPoint("_bytes_received", "Bytes that came back since start"),
+        OwnPoint("_turnaround_p50", "Half of the replies of the last minutes began sooner", _NUMBER, "ms"),
+        OwnPoint("_turnaround_p95", "95 % of the replies of the last minutes began sooner", _NUMBER, "ms"),
+        OwnPoint("_turnaround_max", "The slowest reply of the last minutes", _NUMBER, "ms"),
+        OwnPoint("_jitter", "How much the turnaround of one reply differs from the next", _NUMBER, "ms"),
+        OwnPoint("_worst_age", "The oldest that a value got in the last minutes", _NUMBER, "s"),
+        OwnPoint("_age_share", "The same as a share of what was promised; above 100: broken", _NUMBER, "%"),
+    )
+)
+"""How the line gets on with a drive."""
 
 OF_A_DRIVE: Mapping[str, OwnPoint] = _named(
     (
+        *DEALINGS.values(),
         OwnPoint("_comm_loss", "What the drive does when the line dies", _TEXT, group="supervision"),
         OwnPoint(
             "_identity", "Whether the drive is of the model that the site says", _TEXT, group="supervision"
@@ -86,15 +109,33 @@ def of_a_drive(profile: Profile) -> Mapping[str, OwnPoint]:
 
 OF_A_LINE: Mapping[str, OwnPoint] = _named(
     (
+        OwnPoint("condition", "healthy, or the codes of what is wrong with the line", _TEXT),
+        OwnPoint("diagnosis", "What is wrong with the line, and what to do about it; empty: nothing", _TEXT),
         OwnPoint("utilisation", "Share of the last ten seconds that the wire was in use", _NUMBER, "%"),
+        OwnPoint("load", "Share of the wire that the planned reads take", _NUMBER, "%"),
+        OwnPoint("stretch", "By how much the longest period is longer than wanted; 1: it is not", _NUMBER),
         OwnPoint("requests", "Requests sent since start"),
         OwnPoint("answered", "Normal replies since start"),
         OwnPoint("refused", "Exception replies since start"),
         OwnPoint("timeouts", "Requests without any reply since start"),
         OwnPoint("damaged", "Requests to which only damaged or foreign bytes came back, since start"),
+        OwnPoint("retries", "Requests since start after one that was not answered"),
+        OwnPoint("probes", "Requests since start that only asked whether a drive is back"),
+        OwnPoint("bytes_sent", "Bytes sent since start"),
+        OwnPoint("bytes_received", "Bytes received since start, those that nobody asked for included"),
+        OwnPoint("stray_bytes", "Bytes received since start that nobody asked for"),
+        OwnPoint("gap_violations", "Requests since start before the silence between frames was over"),
+        OwnPoint("stray_gap_violations", "The same of frames that nobody asked for"),
+        OwnPoint("turnaround_p50", "Half of the replies of the last minutes began sooner", _NUMBER, "ms"),
+        OwnPoint("turnaround_p95", "95 % of the replies of the last minutes began sooner", _NUMBER, "ms"),
+        OwnPoint("turnaround_max", "The slowest reply of the last minutes", _NUMBER, "ms"),
+        OwnPoint("age_share", "The oldest value as a share of what was promised, in per cent", _NUMBER, "%"),
     )
 )
 """What each line has."""
+
+CONDITION = ("condition", "diagnosis")
+"""Those of a line that tell what is wrong with it."""
 
 OF_THE_GATEWAY: Mapping[str, OwnPoint] = _named(
     (

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass
 
+ALIKE = 3
+"""Bytes with which two replies to one request begin alike: unit, function, number of bytes."""
+
 
 @dataclass(frozen=True, slots=True)
 class DropReply:
@@ -33,7 +36,18 @@ class NoiseBefore:
     data: bytes
 
 
-WireFault = DropReply | DelayReply | CorruptByte | NoiseBefore
+@dataclass(frozen=True, slots=True)
+class OtherSpeed:
+    """The reply is sent at another speed: the master gets other bytes, and not as many."""
+
+
+@dataclass(frozen=True, slots=True)
+class Collision:
+    """A second drive with the same address talks at once: the replies begin alike, and where they differ the
+    wire carries neither."""
+
+
+WireFault = DropReply | DelayReply | CorruptByte | NoiseBefore | OtherSpeed | Collision
 
 
 class FaultPlan:
@@ -77,6 +91,10 @@ def distorted(data: bytes, fault: WireFault | None) -> bytes:
             return data[:index] + bytes((data[index] ^ mask,)) + data[index + 1 :]
         case NoiseBefore(noise):
             return noise + data
+        case OtherSpeed():
+            return bytes((byte * 37 + 11 * at) & 0xFF for at, byte in enumerate(data[: 2 * len(data) // 3]))
+        case Collision():
+            return data[:ALIKE] + bytes(byte & 0x5A for byte in data[ALIKE:]) + b"\xfe"
     return data
 
 

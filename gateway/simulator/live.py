@@ -5,12 +5,14 @@ from __future__ import annotations
 import os
 import select
 import threading
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
+from queue import SimpleQueue
 from time import monotonic
 from types import MappingProxyType
 
 from gateway.mapping.site import LineConfig
+from gateway.simulator.adapter import LatencyTimer
 from gateway.simulator.build import build_drives, wire_timing
 from gateway.simulator.drive import Drive
 from gateway.simulator.happening import Options
@@ -28,6 +30,8 @@ class SimulatedLine:
 
     ``path`` is what the master opens; at another speed than the line's no drive understands it. ``drives``
     may be looked at and tampered with while the line runs. Times in ``log`` are of `time.monotonic`.
+    ``latency`` is the period in seconds of the adapter's latency timer. Each drive in ``doubled`` has a
+    second one at its address, which answers too.
     """
 
     def __init__(
@@ -38,11 +42,17 @@ class SimulatedLine:
         options: Mapping[str, Options] = MappingProxyType({}),
         strict: bool = True,
         speed: float = 1.0,
+        latency: float = 0.0,
+        doubled: Collection[str] = (),
     ) -> None:
         self.name = config.name
         self.path = folder / config.name
         self.drives: Mapping[str, Drive] = build_drives(config, options, speed)
-        self._line = Line(wire_timing(config), self.drives.values(), strict=strict, echo=config.rs485.echo)
+        twins = build_drives(config, options, speed)
+        everybody = [*self.drives.values(), *(twins[name] for name in doubled)]
+        self._line = Line(wire_timing(config), everybody, strict=strict, echo=config.rs485.echo)
+        self.adapter = LatencyTimer(latency)
+        self._strangers: SimpleQueue[bytes] = SimpleQueue()
         self._thread: threading.Thread | None = None
         self._stop_reader = self._stop_writer = -1
 
@@ -55,6 +65,10 @@ class SimulatedLine:
     def log(self) -> list[WireFrame]:
         """The frames that were on the wire, oldest first."""
         return list(self._line.log)
+
+    def intrude(self, data: bytes) -> None:
+        """Let another master send a request as soon as the line is free."""
+        self._strangers.put(data)
 
     def start(self) -> None:
         """Plug the line in: ``path`` exists and the drives answer. Nothing happens if it is plugged in."""
@@ -89,14 +103,16 @@ class SimulatedLine:
                 if data := pty.read():
                     heard = data if pty.at_speed or not self._line.strict else garbled(data)
                     self._line.receive(heard, monotonic())
-                if arrived := self._line.advance(monotonic()):
-                    pty.write(arrived)
+                while not self._strangers.empty():
+                    self._line.intrude(self._strangers.get(), monotonic())
+                if handed := self.adapter.take(self._line.advance(monotonic()), monotonic()):
+                    pty.write(handed)
         finally:
             pty.close()
 
     def _asked_to_stop(self, pty: Pty) -> bool:
         """Wait until the master writes or something is due; True when the line is to be closed."""
-        rest = self._line.due() - monotonic()
+        rest = min(self._line.due(), self.adapter.due()) - monotonic()
         pause = rest - SPIN if self._line.ends_reply else rest
         readable, _, _ = select.select([pty.fd, self._stop_reader], [], [], max(0.0, pause))
         return self._stop_reader in readable

@@ -10,7 +10,7 @@ import msgspec
 import typer
 from rich.console import Console
 
-from gateway.bridge.api import ControlState, Health, PointInfo, RefusedGap
+from gateway.bridge.api import ControlState, Diagnosis, Health, PointInfo, RefusedGap
 from gateway.tag import Outcome, Sample, Value, Verdict
 
 
@@ -74,7 +74,16 @@ def sample_object(sample: Sample, point: PointInfo) -> dict[str, Any]:
 
 def health_object(health: Health) -> dict[str, Any]:
     """A gateway's health for programs; the shape stands in docs/cli.md."""
-    return {**msgspec.to_builtins(health), "gaps": [gap_object(gap) for gap in health.gaps]}
+    return {
+        **msgspec.to_builtins(health),
+        "gaps": [gap_object(gap) for gap in health.gaps],
+        "diagnoses": [diagnosis_object(diagnosis) for diagnosis in health.diagnoses],
+    }
+
+
+def diagnosis_object(diagnosis: Diagnosis) -> dict[str, Any]:
+    """What is wrong with a line, for programs."""
+    return {**msgspec.to_builtins(diagnosis), "since": moment(diagnosis.since)}
 
 
 def gap_object(gap: RefusedGap) -> dict[str, Any]:

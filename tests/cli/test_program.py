@@ -11,7 +11,7 @@ import pytest
 from gateway import __version__
 from tests.cli.program import gateway, small_site
 
-RUNNING = ["demo", "run", "simulate", "read", "watch", "write", "command", "trace", "health"]
+RUNNING = ["demo", "run", "simulate", "read", "watch", "write", "command", "trace", "health", "doctor"]
 COMMANDS = [*RUNNING, "check", "scan", "plan", "profiles", "explain", "schema", "users"]
 HEAVY = ("asyncua", "paho", "pymodbus", "pydantic", "structlog", "yaml", "serial", "cryptography", "asyncio")
 

@@ -128,6 +128,25 @@ def test_health_for_programs(site: Path) -> None:
     assert health["drives"] == {"fan-1": True}
 
 
+def test_the_doctor_finds_nothing_and_shows_figures(site: Path) -> None:
+    ran = gateway("doctor", site, "--json")
+    assert ran.code == 0
+    (visit,) = ran.objects
+    assert (visit["line"], visit["healthy"], visit["diagnoses"]) == ("north", True, [])
+    assert visit["figures"]["gap_violations"] == 0
+    assert visit["drives"]["fan-1"]["answered"] > 0
+    words = gateway("doctor", site).out
+    assert words.startswith("line north (rtu 9600 8N2, ")
+    assert "  healthy" in words
+
+
+def test_a_tag_of_the_gateways_own_is_read_and_explained(site: Path) -> None:
+    (condition,) = gateway("read", site, "_north.condition", "--json").objects
+    assert (condition["value"], condition["quality"]) == ("healthy", "good")
+    (found,) = gateway("explain", site, "_north.condition", "--json").objects
+    assert (found["kind"], found["node"]) == ("diagnostic", "ns=2;s=_north.condition")
+
+
 def test_explain_tells_who_wants_a_tag(site: Path) -> None:
     (found,) = gateway("explain", site, "fan-1.running", "--json").objects
     assert found["running"] is True

@@ -54,6 +54,7 @@ from gateway.mapping.load import builtin_mappings, load_profile
 from gateway.mapping.profile import Pace, Profile, SerialFormat
 from gateway.mapping.site import Control, DriveConfig, LineConfig, Rs485, Site, StartGroup
 from gateway.mapping.specialise import specialise
+from gateway.simulator.adapter import LatencyTimer
 from gateway.simulator.build import build_drives, wire_timing
 from gateway.simulator.happening import Options
 from gateway.simulator.line import Line as SimulatedLine
@@ -183,6 +184,7 @@ class World:
         drives = build_drives(config, {d.name: Options(**options) for d in config.drives})
         self.drives = drives
         self.simulated = SimulatedLine(wire_timing(config), drives.values())
+        self.adapter = LatencyTimer()
         self.feed(Started(memory or Memory(), Boot(id="boot", machine="machine")))
         self.session = self.join()
 
@@ -329,7 +331,7 @@ class World:
 
     def _next_due(self) -> float:
         wake = self.core.wake()
-        times = [self.simulated.due(), self._retry, *(at for at, _ in self._later)]
+        times = [self.simulated.due(), self.adapter.due(), self._retry, *(at for at, _ in self._later)]
         return max(self.now, min(times if wake is None else [wake, *times]))
 
     def _step(self) -> None:
@@ -339,7 +341,7 @@ class World:
             self.feed(item[1])
         if self._retry <= self.now:
             self._write_kept()
-        data = self.simulated.advance(self.now)
+        data = self.adapter.take(self.simulated.advance(self.now), self.now)
         if data and not self.port_problem:
             self.feed(Received("north", data))
         wake = self.core.wake()

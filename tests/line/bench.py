@@ -77,6 +77,8 @@ class FakeUnit:
     """More seconds before this answer; answers stay in order."""
     writes: list[tuple[int, tuple[int, ...]]] = field(default_factory=list)
     before: bytes = b""
+    distort: Callable[[bytes], bytes] = lambda reply: reply
+    """What becomes of its replies on the wire."""
     busy_until: float = 0.0
 
     def answer(self, request: bytes) -> bytes | None:
@@ -87,7 +89,7 @@ class FakeUnit:
             return None
         if self.damage:
             reply = reply[:-1] + bytes((reply[-1] ^ 1,))
-        return self.before + reply
+        return self.distort(self.before + reply)
 
     def _reply(self, request: bytes) -> bytes:
         function = request[1]
@@ -125,6 +127,10 @@ class Bench:
     ) -> None:
         self.line = Line(settings, units, admit)
         self.fakes = {fake.unit: fake for fake in fakes}
+        self.twins: list[FakeUnit] = []
+        """Further drives, at the addresses of others."""
+        self.arrives: Callable[[float], float] = lambda at: at
+        """When the host gets bytes whose last bit arrived at an instant."""
         self.now = 100.0
         self.log: list[tuple[float, Action]] = []
         self.wire: list[tuple[float, bool, bytes]] = []
@@ -244,7 +250,7 @@ class Bench:
         self._last_bit = ends
         if self.echo:
             self.receive(data, ends)
-        for fake in self.fakes.values():
+        for fake in (*self.fakes.values(), *self.twins):
             if (reply := fake.answer(data)) is not None:
                 begins = max(ends, fake.busy_until) + fake.delay + fake.late()
                 fake.busy_until = begins
@@ -258,7 +264,7 @@ class Bench:
             self.wire.append((self.now, False, data))
             return self.line.received(data, self.now) if self.line.is_open else []
 
-        self.at(at, arrive)
+        self.at(self.arrives(at), arrive)
 
 
 def seeded(seed: int) -> random.Random:

@@ -31,9 +31,11 @@ from gateway.line.line import Line
 from gateway.mapping.profile import SerialFormat
 from tests.line.storm.drives import SLOTS, Drive, Foreigner, place, slot
 from tests.line.storm.frames import FRAMINGS
-from tests.line.storm.weather import Faults, Weather, draw
+from tests.line.storm.weather import FLIPS, Faults, Weather, draw
 from tests.line.storm.wire import Clock, Wire
 
+Framing = Literal["rtu", "ascii", "tcp"]
+FRAMING_NAMES: tuple[Framing, ...] = ("rtu", "ascii", "tcp")
 WRITABLE = 0x1C0
 
 
@@ -51,7 +53,7 @@ class Scene:
 
     seed: int
     weather: Weather
-    framing: Literal["rtu", "ascii", "tcp"] = "rtu"
+    framing: Framing = "rtu"
     baud: int = 9600
     drives: int = 1
     blocks: int = 6
@@ -71,9 +73,11 @@ def scene_of(seed: int) -> Scene:
     """The scene of a seed."""
     rng = random.Random(f"scene {seed}")
     reply_max = rng.choice((0.2, 1.0))
+    framing: Framing = rng.choices(FRAMING_NAMES, (8, 1, 1))[0]
     return Scene(
         seed=seed,
-        weather=draw(rng, reply_max),
+        framing=framing,
+        weather=draw(rng, reply_max, framing),
         baud=rng.choice((9600, 9600, 38400, 115200)),
         drives=rng.choice((1, 1, 2, 4)),
         blocks=rng.choice((2, 4, 6)),
@@ -107,7 +111,8 @@ class Storm:
         self.clock = Clock()
         rng = random.Random(f"storm {scene.seed}")
         self._rng = rng
-        self._faults = Faults(scene.weather, random.Random(f"faults {scene.seed}"))
+        flips = 1 if scene.framing == "ascii" else FLIPS  # two may cancel in an LRC
+        self._faults = Faults(scene.weather, random.Random(f"faults {scene.seed}"), flips)
         self._framing = FRAMINGS[scene.framing]()
         form = SerialFormat(8, "N", 2)
         character = 0.0 if scene.framing == "tcp" else form.bits_per_character / scene.baud
@@ -154,8 +159,8 @@ class Storm:
         wants = [want for unit in self.drives for want in self._wants(unit)]
         self._carry_out(self.line.demand(wants, self.clock.now))
         self._carry_out(self.line.start(self.clock.now))
-        if self.scene.framing == "rtu":
-            self._foreigner.start(list(self.drives.values()), lambda: self._last_read)
+        self._foreigner.start(list(self.drives.values()), lambda: self._last_read)
+        self._hang_up_later()
         if self.scene.writes:
             self._ask_later()
 
@@ -212,6 +217,15 @@ class Storm:
         self._asked[job.id] = (request, 0)
         self._carry_out(self.line.ask(job, self.clock.now))
         self._ask_later()
+
+    def _hang_up_later(self) -> None:
+        if self.scene.weather.hang_ups:
+            self.clock.at(self.clock.now + self._rng.expovariate(self.scene.weather.hang_ups), self._hang_up)
+
+    def _hang_up(self) -> None:
+        self._faults.counts["hang_ups"] += 1
+        self._carry_out(self.line.port_lost("hung up", self.clock.now))
+        self._hang_up_later()
 
     # The wire
 

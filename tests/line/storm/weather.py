@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 Kind = Literal["queue", "drop", "overlap"]
@@ -37,6 +37,8 @@ class Weather:
     """A foreign master asks one of our units for other registers of the same number."""
     twins: float = 0.0
     """A foreign master asks just what we asked last."""
+    hang_ups: float = 0.0
+    """The port vanishes and comes back; what was asked before may still be answered."""
     echo: Literal["none", "declared", "noticed"] = "none"
     garble: bool = True
     """Two who talk at once destroy each other's bytes; else something between them lets them talk in turn."""
@@ -44,13 +46,13 @@ class Weather:
     """How bytes reach us: as frames, one by one, cut anywhere, or when a timer of 16 ms runs out."""
 
 
-def draw(rng: random.Random, timeout: float) -> Weather:
+def draw(rng: random.Random, timeout: float, framing: str) -> Weather:
     """A mixture in which each fault is there or not; answers are up to five time-outs late."""
 
     def some(*shares: float) -> float:
         return rng.choice((0.0, *shares))
 
-    return Weather(
+    weather = Weather(
         kind=rng.choice(KINDS),
         late=some(0.01, 0.05),
         late_most=timeout * rng.choice((0.1, 0.5, 2.0, 5.0)),
@@ -66,15 +68,35 @@ def draw(rng: random.Random, timeout: float) -> Weather:
         twins=some(0.0, 0.3),
         echo=rng.choice(("none", "none", "declared", "noticed")),
         garble=rng.random() < 0.5,
-        pieces=rng.choice(("whole", "bytes", "split", "timer")),
+        pieces=rng.choice(("whole", "whole", "split", "split", "timer", "bytes")),
+        hang_ups=some(0.0, 0.01),
     )
+    if framing == "ascii" and weather.lost_byte:
+        return replace(weather, doubled_byte=0.0)  # together they pass an LRC once in 256 times
+    if framing == "tcp":
+        return replace(weather, **dict.fromkeys(OFF_THE_NET, 0.0), echo="none", garble=False)
+    return weather
+
+
+OFF_THE_NET = (
+    "damage",
+    "lost_byte",
+    "doubled_byte",
+    "noise",
+    "wrong_unit",
+    "strangers",
+    "rivals",
+    "twins",
+)
+"""What cannot happen on a connection that loses nothing and is ours alone."""
 
 
 class Faults:
     """Does to frames what the weather says, and counts it."""
 
-    def __init__(self, weather: Weather, rng: random.Random) -> None:
+    def __init__(self, weather: Weather, rng: random.Random, flips: int = FLIPS) -> None:
         self.weather = weather
+        self._flips = flips
         self.counts: Counter[str] = Counter()
         self._rng = rng
 
@@ -99,7 +121,7 @@ class Faults:
         if self.strikes("lost_frame"):
             return b""
         if self.strikes("damage"):
-            data = _flipped(data, rng)
+            data = _flipped(data, rng, self._flips)
         if self.strikes("lost_byte"):
             at = rng.randrange(len(data))
             data = data[:at] + data[at + 1 :]
@@ -116,8 +138,8 @@ class Faults:
         return noise + data if self._rng.random() < 0.5 else data + noise
 
 
-def _flipped(data: bytes, rng: random.Random) -> bytes:
+def _flipped(data: bytes, rng: random.Random, most: int) -> bytes:
     damaged = bytearray(data)
-    for bit in rng.sample(range(8 * len(data)), rng.randint(1, FLIPS)):
+    for bit in rng.sample(range(8 * len(data)), rng.randint(1, most)):
         damaged[bit // 8] ^= 1 << bit % 8
     return bytes(damaged)

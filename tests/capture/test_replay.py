@@ -159,6 +159,8 @@ def replayed(captured: list[Captured]) -> tuple[list[bytes], list[tuple[int, tup
             actions += line.tick(wake)
         if not frame.sent:
             actions += line.received(frame.data, at)
+    if (wake := line.wake()) is not None and wake <= at + 2 * CHARACTER:  # the last reply is over
+        actions += line.tick(wake)
     return (
         [action.data for action in actions if isinstance(action, Transmit)],
         [(action.address, action.words) for action in actions if isinstance(action, BlockRead)],

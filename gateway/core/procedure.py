@@ -170,6 +170,10 @@ class Report:
     outcome: Outcome
 
 
+class Withdrawn(BaseException):
+    """A procedure ends before the frame that it put on record last has left."""
+
+
 Effect = (
     Report | Lane | Leave | Exchange | Intend | Pause | Prove | IsLast | IsOutrun | Ramping | Owing | StopEach
 )

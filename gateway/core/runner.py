@@ -6,6 +6,7 @@ same setpoint takes the place of a waiting one, and a stop that of everything bu
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -32,6 +33,7 @@ from gateway.core.procedure import (
     Ramping,
     Report,
     StopEach,
+    Withdrawn,
 )
 from gateway.core.store import Store
 from gateway.line.interface import Job, Result, Write
@@ -353,6 +355,9 @@ class Runner:
 
     def _end(self, running: Running, outcome: Outcome, now: float) -> None:
         self._leave_proof(running)
+        if running.recorded is not None:
+            with contextlib.suppress(Withdrawn):
+                running.procedure.throw(Withdrawn())
         self._unsent(running)
         if running.ramp is not None:
             self._services.ramping(running.ask, running.ramp, None)

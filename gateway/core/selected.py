@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from gateway.core.drive import Drive
 from gateway.core.guard import Ended
 from gateway.core.polling import Polling
-from gateway.core.procedure import Ask, Lane, Procedure, read
+from gateway.core.procedure import Ask, Lane, Procedure, Withdrawn, read
 from gateway.core.sending import select
 from gateway.line.interface import Answered, Priority, Read
 from gateway.mapping.profile import Point
@@ -106,7 +106,7 @@ class SelectedReads:
         except Ended as ended:
             done(Sample(tag, None, Quality.REFUSED, self._now.wall, 0.0, None, ended.outcome.reason))
             return ended.outcome
-        except GeneratorExit:
+        except (GeneratorExit, Withdrawn):
             done(bad)
             raise
         if isinstance(finished.result, Answered):

@@ -21,6 +21,7 @@ from gateway.core.procedure import (
     Pause,
     Prove,
     Report,
+    Withdrawn,
     exchange,
     read,
 )
@@ -115,7 +116,11 @@ def put(
         raise refuse(Cause.JOURNAL, UNRECORDED.format(problem))
     drive, request = ask.drive, frame.request
     before = drive.commanding(request.address, request.words)
-    finished = yield from exchange(request, priority, deadline, condition)
+    try:
+        finished = yield from exchange(request, priority, deadline, condition)
+    except Withdrawn:
+        drive.refused(request.address, len(request.words), before)
+        raise
     if isinstance(finished.result, (Refused, Unsent)):
         drive.refused(request.address, len(request.words), before)
     return finished

@@ -435,3 +435,22 @@ def test_h20_a_stop_that_is_acknowledged_and_not_obeyed_is_sent_again(world: Wor
     deaf[0] = False
     world.run(10.0)
     assert world.read("fan-1.running")[0].value is False
+
+
+def test_a_stop_brings_nothing_along_of_a_write_that_it_kept_from_the_wire(world: World) -> None:
+    """A bit that waits for its turn is in no frame, and so must not be in that of the stop."""
+    world.watch({f"fan-1.{name}": 0.01 for name in ("running", "output_frequency", "fault_overheat")})
+    world.run(1.0)
+    fault = world.ask_write("fan-1.external_fault", True, ENGINEER)
+
+    def waiting() -> bool:
+        intents = [entry["at"] for entry in world.journal if entry["kind"] == "intent"]
+        return bool(intents) and world.now >= intents[0] + world.journal_delay
+
+    world.until(waiting, 2.0)
+    assert world.sent() == []
+    world.command("stop")
+    outcome = fault()
+    assert outcome is not None
+    assert outcome.verdict is Verdict.SUPERSEDED
+    assert world.sent() == [STEP_4]

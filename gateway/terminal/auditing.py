@@ -43,7 +43,7 @@ class Wanted:
             and (self.until is None or time < self.until)
             and (self.ask is None or entry.get("ask") == self.ask)
             and (not self.drive or fnmatch.fnmatchcase(drive_of(entry), self.drive))
-            and (not self.who or fnmatch.fnmatchcase(entry.get("by", {}).get("who", ""), self.who))
+            and (not self.who or fnmatch.fnmatchcase((entry.get("by") or {}).get("who", ""), self.who))
             and (not self.outcome or _verdict(entry) == self.outcome)
         )
 
@@ -55,8 +55,9 @@ def _verdict(entry: Entry) -> str:
 
 def drive_of(entry: Entry) -> str:
     """The drive that an entry is about, "" if it is about none."""
-    alarm = entry.get("alarm", {})
-    return str(entry.get("drive") or entry.get("what", "").partition(".")[0] or alarm.get("subject", ""))
+    inner = entry.get("alarm") or entry.get("gap") or {}
+    named = entry.get("drive") or entry.get("what", "").partition(".")[0]
+    return str(named or inner.get("subject") or inner.get("drive") or "")
 
 
 def time_of(text: str, now: int) -> int:
@@ -116,10 +117,7 @@ def _late(entry: Entry) -> str:
 
 
 def _asked(entry: Entry) -> str:
-    by = entry["by"]
-    way = ", ".join(filter(None, (by["through"], by.get("address", ""))))
-    doubt = "" if by.get("authenticated", True) else ", not authenticated"
-    return f"#{entry['ask']} {entry['what']}{_wanted(entry['wanted'])} by {by['who']} ({way}{doubt})"
+    return f"#{entry['ask']} {entry['what']}{_wanted(entry['wanted'])}{_by(entry)}"
 
 
 def _wanted(wanted: Any) -> str:
@@ -136,9 +134,33 @@ def _value(value: Any) -> str:
 
 def _turned(entry: Entry) -> str:
     more = f" ({entry['passed_over']} more before it)" if "passed_over" in entry else ""
-    wanted, outcome, by = _value(entry["wanted"]), entry["outcome"], entry["by"]
-    way = f"{by['who']} ({', '.join(filter(None, (by['through'], by.get('address', ''))))})"
-    return f"{entry['what']} = {wanted} by {way}: turned away: {outcome['reason']}{more}"
+    reason = entry["outcome"].get("reason", "")
+    return f"{entry['what']} = {_value(entry['wanted'])}{_by(entry)}: turned away: {reason}{more}"
+
+
+def _lease(entry: Entry) -> str:
+    reason = f" ({entry['reason']})" if entry.get("reason") else ""
+    due = f"; due now: {entry['due']}" if entry.get("due") else ""
+    return f"lease of {entry['drive']} {entry['did']}{_by(entry)}{reason}{due}"
+
+
+def _maintenance(entry: Entry) -> str:
+    return f"maintenance of {entry['drive']} {'on' if entry['on'] else 'off'}{_by(entry)}"
+
+
+def _asked_for(entry: Entry) -> str:
+    """A lease or maintenance that was asked for and refused."""
+    what = entry["kind"].removesuffix("_asked")
+    outcome = entry["outcome"]
+    return f"{what} {entry['what']}{_by(entry)}: {outcome['verdict']}: {outcome.get('reason', '')}"
+
+
+def _by(entry: Entry) -> str:
+    by = entry.get("by")
+    if not by:
+        return ""
+    way = ", ".join(filter(None, (by["through"], by.get("address", ""))))
+    return f" by {by['who']} ({way}{'' if by.get('authenticated', True) else ', not authenticated'})"
 
 
 def _boot(entry: Entry) -> str:
@@ -150,8 +172,7 @@ def _boot(entry: Entry) -> str:
 
 
 def _alarm(entry: Entry) -> str:
-    by = f" by {entry['by']['who']}" if "by" in entry else ""
-    return f"alarm {entry['did']}{by}: {entry['alarm']['key']}: {entry['alarm']['text']}"
+    return f"alarm {entry['did']}{_by(entry)}: {entry['alarm']['key']}: {entry['alarm']['text']}"
 
 
 def _clock(entry: Entry) -> str:
@@ -169,6 +190,10 @@ _WORDS: Mapping[str, Callable[[Entry], str]] = {
     "outcome": _outcome,
     "late outcome": _late,
     "turned away": _turned,
+    "lease": _lease,
+    "lease_asked": _asked_for,
+    "maintenance": _maintenance,
+    "maintenance_asked": _asked_for,
     "unsent": lambda entry: f"#{entry['ask']}: frame {entry['frame']} was not sent after all",
     "boot": _boot,
     "end": lambda entry: "the gateway ends",

@@ -26,14 +26,14 @@ class Asked:
 
 
 async def ask_at_random(ask: Ask, drives: list[str], first: int, number: int, mean: float) -> list[Asked]:
-    """Ask so often, the pauses between two asks being exponential with this mean (seconds), whatever became
-    of those before; raw values count up from ``first``."""
+    """Ask so often, one after another: some time after each answer, exponential with this mean (seconds),
+    comes the next ask; raw values count up from ``first``."""
     chance = random.Random(first)
-    tasks = []
+    found = []
     for raw in range(first, first + number):
         await asyncio.sleep(chance.expovariate(1 / mean))
-        tasks.append(asyncio.create_task(_timed(ask, chance.choice(drives), raw)))
-    return list(await asyncio.gather(*tasks))
+        found.append(await _timed(ask, chance.choice(drives), raw))
+    return found
 
 
 async def _timed(ask: Ask, drive: str, raw: int) -> Asked:

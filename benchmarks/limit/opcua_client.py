@@ -39,7 +39,8 @@ class Items:
 
     def _arrived(self, result: ua.PublishResult) -> None:
         for data in result.NotificationMessage.NotificationData or ():
-            self.notifications += len(data.MonitoredItems)
+            if isinstance(data, ua.DataChangeNotification):
+                self.notifications += len(data.MonitoredItems)
 
 
 def _item(tag: str, handle: int, interval: float) -> ua.MonitoredItemCreateRequest:

@@ -109,6 +109,7 @@ class MessageBridge(ABC):
         while True:
             while (update := self._backlog.take()) is not None:
                 yield update
+                await asyncio.sleep(0)  # updates that never end must not keep others from their turn
             if self._gone is not None:
                 return
             self._news.clear()

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import time
 from pathlib import Path
-
-TICKS = os.sysconf("SC_CLK_TCK")
 
 
 class Cpu:
@@ -35,13 +32,12 @@ def children(process: int) -> list[int]:
 
 
 def _look(process: int) -> tuple[str, float] | None:
-    """Name of a process, and the processor seconds that it has taken."""
+    """Name of a process, and the processor seconds that its threads have taken."""
     try:
         line = Path(f"/proc/{process}/cmdline").read_bytes().split(b"\0")
-        stat = Path(f"/proc/{process}/stat").read_text(encoding="ascii").rsplit(")", 1)[1].split()
+        threads = list(Path(f"/proc/{process}/task").glob("*/schedstat"))
+        took = sum(int(thread.read_text(encoding="ascii").split()[0]) for thread in threads) / 1e9
     except OSError:
         return None
     module = next((word.decode() for word in line if word.startswith(b"gateway.")), "supervisor")
-    return module.removeprefix("gateway.").removeprefix("northbound."), (
-        int(stat[11]) + int(stat[12])
-    ) / TICKS
+    return module.removeprefix("gateway.").removeprefix("northbound."), took

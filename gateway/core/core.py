@@ -28,6 +28,7 @@ from gateway.bridge.messages import (
     Watch,
     WriteTag,
 )
+from gateway.core.aftermath import Aftermath
 from gateway.core.alarms import Alarms
 from gateway.core.asks import Asks
 from gateway.core.catalogue import catalogue_of
@@ -39,11 +40,9 @@ from gateway.core.drive import Drive
 from gateway.core.events import (
     Action,
     Asked,
-    Close,
     Event,
     Joined,
     Left,
-    Open,
     PortLost,
     PortOpened,
     Received,
@@ -72,8 +71,6 @@ from gateway.core.wear import WearGuard
 from gateway.line import interface as line_does
 from gateway.mapping.site import Site
 from gateway.tag import GATEWAY, Instant, Sample
-
-UnitAction = line_does.BlockRead | line_does.BlockFailed | line_does.UnitUp | line_does.UnitDown
 
 
 class Core:
@@ -121,6 +118,16 @@ class Core:
             self._health, self._doctors, self._gaps, self.control, self.polling, self.lines, self.clients
         )
         register(self.own, self.drives, self.lines, self._health)
+        self._aftermath = Aftermath(
+            lines=self.lines,
+            polling=self.polling,
+            writes=self._writes,
+            reads=self._reads,
+            gaps=self._gaps,
+            watchkeeper=self._watchkeeper,
+            oversight=self._oversight,
+            act=self._act,
+        )
         self.catalogue = catalogue_of(site, self.drives, self.own, version, generation=1)
 
     # -- the interface of the shell
@@ -134,7 +141,7 @@ class Core:
         self._selected.moment(now)
         self._oversight.moment(now)
         self._handle(event)
-        self._settle()
+        self._aftermath.settle(self._now)
         actions, self._actions = self._actions, []
         return actions
 
@@ -145,6 +152,8 @@ class Core:
 
     def wake(self) -> float | None:
         """When a `Ticked` is next needed (monotonic)."""
+        if self._aftermath.waits:
+            return self._now.mono
         times = [
             self.lines.wake(),
             self.control.wake(),
@@ -170,16 +179,7 @@ class Core:
             case Received(line, data):
                 self.lines.received(line, data, self._now.mono)
             case Ticked():
-                self.lines.tick(self._now.mono)
-                self.control.tick()
-                self._writes.tick(self._now)
-                self._selected.tick(self._now)
-                self.polling.check_ages(self._now)
-                self.own.tick(self._now)
-                self._doctors.tick(self._now)
-                self._oversight.tick(self._now)
-                if self.trail.tick():
-                    self._journal()
+                self._tick()
             case PortOpened() | PortLost():
                 self._port(event)
             case Asked(session, request):
@@ -196,6 +196,22 @@ class Core:
                 self._writes.stop(self._now)
                 self.lines.stop(self._now.mono)
                 self.trail.end()
+
+    def _tick(self) -> None:
+        """Lines first: what else is due has a tick of its own, at once, when none of them is."""
+        self._aftermath.look_where_asked(self._now)
+        if self.lines.tick(self._now.mono) and not self._aftermath.presses:
+            return
+        self._aftermath.look(self._now)
+        self.control.tick()
+        self._writes.tick(self._now)
+        self._selected.tick(self._now)
+        self.polling.check_ages(self._now)
+        self.own.tick(self._now)
+        self._doctors.tick(self._now)
+        self._oversight.tick(self._now)
+        if self.trail.tick():
+            self._journal()
 
     def _start(self, event: Started) -> None:
         """Take up what is remembered, and begin."""
@@ -272,7 +288,7 @@ class Core:
         known = {tag: period for tag, period in wants.items() if period is None or self._readable(tag)}
         new = [tag for tag, period in known.items() if period is not None and tag not in demands.of(session)]
         self._replan(demands.change(session, known))
-        self._settle()
+        self._aftermath.settle(self._now)
         periods = {tag: self._period(tag) for tag in known if tag in demands.of(session)}
         self.clients.tell(session, Promised(id, {tag: p for tag, p in periods.items() if p is not None}))
         self.clients.batch(session, [self._first_sample(tag) for tag in new])
@@ -285,62 +301,6 @@ class Core:
 
     def _first_sample(self, tag: str) -> Sample:
         return self.own.sample(tag, self._now) or self.polling.first_sample(tag, self._now)
-
-    # -- what lines did
-
-    def _settle(self) -> None:
-        """Deal with what the lines did, and with what that made them do, until nothing is left."""
-        while (did := self.lines.next_action()) is not None:
-            self._line_did(*did)
-
-    def _line_did(self, line: str, action: line_does.Action) -> None:
-        match action:
-            case line_does.Transmit(data):
-                self._actions.append(Transmit(line, data))
-            case line_does.OpenPort():
-                self._actions.append(Open(line))
-            case line_does.ClosePort():
-                self._actions.append(Close(line))
-            case line_does.JobSent(id, at):
-                self._writes.job_sent(id, at)
-            case line_does.JobDone(id, result, at):
-                self._job_done(line, id, result, at)
-            case line_does.PlanChanged():
-                self._watchkeeper.plan_changed(line, self.lines.plan(line), self._now)
-                self._oversight.plan_changed(line, self.lines.plan(line), self._now)
-            case _:
-                self._unit_did(self.lines.drive(line, action.unit), action)
-
-    def _unit_did(self, drive: Drive, action: UnitAction) -> None:
-        match action:
-            case line_does.BlockRead():
-                self._observed(drive, action)
-                self._gaps.read(drive, action, self._now)
-            case line_does.BlockFailed():
-                if not self._gaps.failed(drive, action):
-                    self.polling.failed(drive, action, self._now)
-            case line_does.UnitUp():
-                self._watchkeeper.drive_up(drive, self._now)
-                self._oversight.drive_up(drive, self._now)
-            case line_does.UnitDown():
-                self._watchkeeper.drive_down(drive, action.reason, self._now)
-                self._oversight.drive_down(drive)
-
-    def _job_done(self, line: str, job: int, result: line_does.Result, at: float) -> None:
-        request = self.lines.done(job)
-        if isinstance(request, line_does.Read) and isinstance(result, line_does.Answered):
-            block = line_does.BlockRead(request.unit, request.address, result.words, at)
-            self._observed(self.lines.drive(line, request.unit), block)
-        if self._writes.owns(job):
-            self._writes.job_done(job, result, at, self._now)
-        elif self._gaps.owns(job):
-            self._gaps.job_done(job, result, self._now)
-        else:
-            self._reads.job_done(job, result, at, self._now)
-
-    def _observed(self, drive: Drive, block: line_does.BlockRead) -> None:
-        self.polling.read(drive, block, self._now)
-        self._writes.observe(drive.name, self._now)
 
     # -- services to the parts
 

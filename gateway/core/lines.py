@@ -69,11 +69,16 @@ class Lines:
         for name, line in self._lines.items():
             self._take(name, line.stop(now))
 
-    def tick(self, now: float) -> None:
-        """Let the lines whose time has come look at it."""
-        for name, at in self._wakes.items():
-            if at <= now:
-                self._take(name, self._lines[name].tick(now))
+    def tick(self, now: float) -> bool:
+        """Let the lines whose time has come look at it; False when there are none."""
+        due = [name for name, at in self._wakes.items() if at <= now]
+        for name in due:
+            self._take(name, self._lines[name].tick(now))
+        return bool(due)
+
+    def asked(self) -> list[str]:
+        """The lines on which a job waits."""
+        return [name for name, line in self._lines.items() if line.asked]
 
     def look_ahead(self, at: float) -> Iterator[tuple[str, bytes]]:
         """What the lines that are due at an instant will send then; see `Line.look_ahead`."""

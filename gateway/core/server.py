@@ -35,6 +35,13 @@ from gateway.tag import Role
 
 log = structlog.get_logger(__name__)
 
+GATHER = 0.01
+"""Seconds for which updates are gathered: many batches cost a client little more than one. Replies go out at
+once."""
+
+TOGETHER = 16 * 1024
+"""Bytes after which what is sent is handed over before more is added."""
+
 MAX_UNSENT_REPLIES = 10_000
 """Replies that may wait for one client; one that asks and never listens is cut off."""
 
@@ -115,6 +122,7 @@ class Session:
         self._replies: deque[Response] = deque()
         self._backlog = Backlog()
         self._news = asyncio.Event()
+        self._gathering = False
 
     async def serve(self) -> None:
         """Talk until one end leaves."""
@@ -152,7 +160,11 @@ class Session:
     def _deliver(self, message: Response) -> None:
         if isinstance(message, Update):
             self._backlog.put(message)
-        elif len(self._replies) >= MAX_UNSENT_REPLIES:
+            if not self._gathering:
+                self._gathering = True
+                asyncio.get_running_loop().call_later(GATHER, self._news.set)
+            return
+        if len(self._replies) >= MAX_UNSENT_REPLIES:
             self._writer.transport.abort()
         else:
             self._replies.append(message)
@@ -161,11 +173,20 @@ class Session:
     async def _send(self) -> None:
         with contextlib.suppress(OSError):
             while True:
-                while (message := self._next()) is not None:
-                    self._writer.write(pack(message))
-                    await self._writer.drain()
-                self._news.clear()
                 await self._news.wait()
+                self._news.clear()
+                self._gathering = False
+                while data := self._together():
+                    self._writer.write(data)
+                    await self._writer.drain()
+                    await asyncio.sleep(0)  # lines come first
+
+    def _together(self) -> bytes:
+        """The next messages, as many as fit together."""
+        data = bytearray()
+        while len(data) < TOGETHER and (message := self._next()) is not None:
+            data += pack(message)
+        return bytes(data)
 
     async def _flush(self) -> None:
         """Send the replies that wait, if the client still takes them."""

@@ -103,6 +103,11 @@ class Line:
         return self._connection.is_open
 
     @property
+    def asked(self) -> bool:
+        """True while a job waits."""
+        return self._schedule.asked
+
+    @property
     def down_reason(self) -> str:
         """Why the port is not open; empty when it is."""
         return self._connection.reason

@@ -112,6 +112,11 @@ class Schedule:
         """Let a job wait for its turn."""
         self._jobs.append(Waiting(job, now))
 
+    @property
+    def asked(self) -> bool:
+        """True while a job waits."""
+        return bool(self._jobs)
+
     def withdraw(self, job_id: int) -> bool:
         """Forget a waiting job; False when none of that id waits."""
         waiting = [entry for entry in self._jobs if entry.job.id == job_id]

@@ -19,7 +19,7 @@ class Bench:
     def __init__(self) -> None:
         self.core = Core(make_site(), "test")
         self.unit = FakeUnit(registers={0x24: 5000})
-        self.now = 1.0
+        self.now = self.heard_at = 1.0
         self.sent: list[bytes] = []
         self.told: list[object] = []
         for event in (Started(), PortOpened("north"), Joined(1, "client", Role.ADMIN)):
@@ -47,37 +47,42 @@ class Bench:
 
     def reply(self, after: float = 0.03) -> None:
         self.now += after
+        self.heard_at = self.now
         answer = self.unit.answer(self.sent[-1])
         assert answer is not None
         self.feed(Received("north", answer))
+        end = self.now + 0.002  # the silence that ends a frame
+        while not self.core._aftermath.waits and (self.core.wake() or end) < end:
+            self.tick()
 
     def samples(self) -> list[Sample]:
         batches = [message for message in self.told if isinstance(message, Batch)]
         return [s for batch in batches for s in batch.samples if s.quality is Quality.GOOD]
 
     def until_read(self) -> None:
-        """Until the frequency was read, and the reply is the last thing that happened."""
-        while True:
+        """Until the frequency was read, the drive being known, and its reply is the last that happened."""
+        for _ in range(6):
             self.until_sent()
             self.reply()
-            if self.sent[-1][3] <= 0x24 < self.sent[-1][3] + self.sent[-1][5]:
-                return
+        while not self.sent[-1][3] <= 0x24 < self.sent[-1][3] + self.sent[-1][5]:
+            self.until_sent()
+            self.reply()
+        self.told.clear()
 
 
 def test_what_was_read_is_looked_at_at_once_when_nothing_is_due() -> None:
     bench = Bench()
     bench.until_read()
-    assert bench.samples() == [] or bench.samples()[-1].tag != FREQUENCY
     assert bench.core.wake() == bench.now
     bench.tick()
     last = bench.samples()[-1]
-    assert (last.tag, last.value, last.time) == (FREQUENCY, 50.0, round(bench.now * 1e9))
+    assert (last.tag, last.value, last.time) == (FREQUENCY, 50.0, round(bench.heard_at * 1e9))
 
 
 def test_a_line_that_is_due_goes_first() -> None:
     bench = Bench()
     bench.until_read()
-    read_at, requests = bench.now, len(bench.sent)
+    read_at, requests = bench.heard_at, len(bench.sent)
     bench.now += 0.1
     bench.feed(Ticked())
     assert len(bench.sent) == requests + 1
@@ -114,4 +119,4 @@ def test_what_was_read_before_a_drive_was_lost_does_not_bring_it_back() -> None:
         bench.tick()
     batches = [message for message in bench.told if isinstance(message, Batch)]
     told = [s for batch in batches for s in batch.samples if s.tag == FREQUENCY]
-    assert [s.quality for s in told] == [Quality.WAITING, Quality.GOOD, Quality.NO_COMMUNICATION]
+    assert [s.quality for s in told] == [Quality.GOOD, Quality.NO_COMMUNICATION]

@@ -145,7 +145,7 @@ class Ramping:
 
 @dataclass(frozen=True, slots=True)
 class IsOutrun:
-    """Is there a newer ask for one of the same setpoints?"""
+    """Has there been a newer ask for one of the same setpoints?"""
 
 
 @dataclass(frozen=True, slots=True)

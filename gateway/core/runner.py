@@ -102,6 +102,9 @@ class Running:
     """Frames put on record."""
     recorded: int | None = None
     """The frame that is on record and has not left yet."""
+    outrun: bool = False
+    """A newer ask for one of its setpoints, or for all drives of its line, came. That counts for good, also
+    when that one is done before this one goes on."""
     ramp: str | None = None
     """The setpoint that it is taking somewhere."""
     owing: bool = False
@@ -130,6 +133,9 @@ class Runner:
             self._abandon(
                 ask, lambda other: other.ask.setpoint == ask.setpoint and other.sent is None, "a newer value"
             )
+        for older in self._running.values():
+            of_all = bool(ask.members) and not set(ask.members).isdisjoint(older.ask.drives)
+            older.outrun = older.outrun or of_all or bool(older.ask.sets & ask.sets)
         self._running[ask.number] = Running(ask, procedure)
         self._advance(self._running[ask.number], None, now)
 
@@ -265,8 +271,7 @@ class Runner:
             case IsLast():
                 return self._is_last(running)
             case IsOutrun():
-                newer = [n for n, other in self._running.items() if other.ask.sets & running.ask.sets]
-                return max(newer) > running.ask.number
+                return running.outrun
             case Ramping(point, target):
                 running.ramp = point
                 self._services.ramping(running.ask, point, target)

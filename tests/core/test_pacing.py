@@ -102,6 +102,19 @@ def test_t3_the_newest_target_wins_and_never_faster_than_allowed() -> None:
     check_rate(found, Fraction(2))
 
 
+def test_t3_a_ramp_that_was_overtaken_does_not_go_on_when_the_newer_one_is_done_first() -> None:
+    world = paced(slew=Fraction(7))
+    older = world.ask_write(SPEED, 10.8)
+    world.run(1.5)
+    newer = world.ask_write(SPEED, 7.0)
+    assert world.until(newer, 10.0).verdict is Verdict.CONFIRMED
+    world.run(5.0)
+    told = older()
+    assert told is not None and told.verdict is Verdict.SUPERSEDED
+    assert steps(world)[-1][1] == 7, "the newest target stands"
+    check_rate(steps(world), Fraction(7))
+
+
 def test_t3_a_stop_ends_the_ramp_at_once() -> None:
     world = paced(slew=Fraction(2))
     running = world.ask_command("run_forward", frequency=20.0)
@@ -217,6 +230,10 @@ def test_t3_whatever_is_asked_the_wire_never_sees_a_faster_change(
     check_rate(steps(world), slew)
     done = [ask() for ask in asked]
     assert all(outcome is None or outcome.verdict is not Verdict.FAILED for outcome in done)
+    newest = done[-1]
+    if newest is not None:
+        assert newest.verdict is Verdict.CONFIRMED
+        assert steps(world)[-1][1] == Fraction(targets[-1][0], 10), "the newest target stands"
 
 
 NUMBERS = st.fractions(min_value=-1000, max_value=1000, max_denominator=1000)

@@ -95,18 +95,9 @@ class Core:
         self.own = OwnTags(self.polling.demands, self.clients.publish)
         self.wear = WearGuard(site, self.drives, self.alarms, self.own, self.trail)
         self.control = Control(self.drives, self.clients, self.own, self.trail.record)
-        asks = Asks(site, self.drives, self.polling.store, self.control.permits, self.lines.up)
-        self._writes = Writes(
-            asks, self.polling, self.clients, self.lines, self.trail, self.control, self._replan
-        )
+        self._writes = self._make_writes()
         self._selected = SelectedReads(self.polling, site.writes_enabled, self._start_quietly)
-        self._reads = Reads(
-            self.polling,
-            self.own,
-            lambda drive: self.lines.up(drive) is False,
-            self._read,
-            self._selected.read,
-        )
+        self._reads = Reads(self.polling, self.own, self._is_down, self._read, self._selected.read)
         self._gaps = self._gap_watch()
         self._watchkeeper = Watchkeeper(self.drives, dict(site.rates), self.polling, self.clients)
         self._oversight = self._overseer()
@@ -304,6 +295,11 @@ class Core:
 
     # -- services to the parts
 
+    def _make_writes(self) -> Writes:
+        asks = Asks(self.site, self.drives, self.polling.store, self.control.permits, self.lines.up)
+        parts = self.polling, self.clients, self.lines, self.trail, self.control
+        return Writes(asks, *parts, self._replan)
+
     def _gap_watch(self) -> GapWatch:
         return GapWatch(
             self.drives,
@@ -342,6 +338,9 @@ class Core:
         job = self.lines.new_job()
         self.lines.ask(line, line_does.Job(job, request, line_does.Priority.READ, deadline), self._now.mono)
         return job
+
+    def _is_down(self, drive: Drive) -> bool:
+        return self.lines.up(drive) is False
 
     def _start_quietly(self, drive: Drive, make: Callable[[Ask], Procedure], deadline: float) -> None:
         self._writes.start_quietly(drive, make, deadline, self._now)

@@ -10,7 +10,8 @@ import math
 from collections.abc import Callable, Sequence
 
 from gateway.line.connection import Connection
-from gateway.line.doctor.doctor import Asked, Doctor
+from gateway.line.consulting import asked, tell_answered
+from gateway.line.doctor.doctor import Doctor
 from gateway.line.doctor.finding import Finding
 from gateway.line.interface import (
     Action,
@@ -294,24 +295,10 @@ class Line:
         if since is None:
             self.counters.damaged += 1
             return [*news, *told(done, Silent(damaged=True), now, now)]
-        self._told_doctor(done, now)
+        tell_answered(self.doctor, self._wire, done, now)
         unit.turnaround.answered(self._wire.turnaround(done))
         new_plan = [PlanChanged()] if self._planning.follow_drift(unit, now) else []
         return [*news, *told(done, self._counted(reply), since, now), *new_plan]
-
-    def _asked(self, done: Transaction) -> Asked:
-        size = self._wire.framing.size(done.question.request.reply_length)
-        return Asked(done.question.unit, done.data, size, done.ends)
-
-    def _told_doctor(self, done: Transaction, now: float) -> None:
-        raw, reply = done.seeker.heard, done.reply
-        begin = len(raw) - done.seeker.length
-        exception = None if reply is None else reply.exception
-        self.doctor.answered(self._asked(done), raw[begin:], raw[:begin], exception, done.heard_at)
-        due = done.question.choice
-        if isinstance(due, Due) and not done.question.aside and exception is None:
-            self.doctor.renewed(due.unit, due.read_at, due.block.worst_age, now)
-            due.read_at = now
 
     def _heard(self, unit: Unit, now: float) -> list[Action]:
         if not unit.heard():
@@ -335,7 +322,7 @@ class Line:
             self.counters.damaged += 1
         else:
             self.counters.timeouts += 1
-        self.doctor.missed(self._asked(done), done.seeker.heard, now)
+        self.doctor.missed(asked(self._wire, done), done.seeker.heard, now)
         unit.turnaround.missed()
         self._doubt(done)
         if done.question.aside:  # what was chosen is still due: let the other units go first

@@ -62,10 +62,20 @@ async def plant(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterato
     with simulated(site):
         async with core_process(site_file) as core:
             bridge = await connect_path(socket_path(site.data))
-            run = await bridge.command("fan-1", "run_forward", {"frequency": 3.0}, ANNA)
-            assert run.verdict is Verdict.CONFIRMED
-            yield Plant(bridge, site.data, core.process.pid)
-            await bridge.close()
+            try:
+                await until_line_up(bridge)
+                run = await bridge.command("fan-1", "run_forward", {"frequency": 3.0}, ANNA)
+                assert run.verdict is Verdict.CONFIRMED, run
+                yield Plant(bridge, site.data, core.process.pid)
+            finally:
+                await bridge.close()
+
+
+async def until_line_up(bridge: SocketBridge) -> None:
+    """The core answers before its port is open; a command would be told that the line is down."""
+    async with asyncio.timeout(PATIENCE):
+        while not (await bridge.health()).lines[0].up:
+            await asyncio.sleep(0.02)
 
 
 async def test_r2_a_file_that_cannot_grow(plant: Plant) -> None:

@@ -167,8 +167,8 @@ class Core:
 
     def _handle(self, event: Event) -> None:
         match event:
-            case Received(line, data):
-                self.lines.received(line, data, self._now.mono)
+            case Received(line, data, at):
+                self.lines.received(line, data, min(at, self._now.mono))
             case Ticked():
                 self._tick()
             case PortOpened() | PortLost():

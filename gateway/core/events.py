@@ -6,6 +6,7 @@ order. Requests and responses of clients are those of `gateway.bridge.messages`.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -32,10 +33,12 @@ class PortLost:
 
 @dataclass(frozen=True, slots=True)
 class Received:
-    """Bytes arrived on this line."""
+    """Bytes arrived on this line; ``at`` is when they were there at the latest (monotonic), where that was
+    noted before the step."""
 
     line: str
     data: bytes
+    at: float = math.inf
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,6 +25,8 @@ class Lines:
         }
         self._wakes = dict.fromkeys(self._lines, math.inf)
         """When each line needs a tick; kept, because a step concerns one line of many."""
+        self._moments = dict.fromkeys(self._lines, -math.inf)
+        """When each line did something last: its time never goes back."""
         self._did: deque[tuple[str, Action]] = deque()
         self._jobs: dict[int, tuple[str, Read | Write]] = {}
         self._last_job = 0
@@ -62,18 +64,18 @@ class Lines:
     def start(self, now: float) -> None:
         """Begin on all lines."""
         for name, line in self._lines.items():
-            self._take(name, line.start(now))
+            self._take(name, line.start(now), now)
 
     def stop(self, now: float) -> None:
         """End on all lines."""
         for name, line in self._lines.items():
-            self._take(name, line.stop(now))
+            self._take(name, line.stop(now), now)
 
     def tick(self, now: float) -> bool:
         """Let the lines whose time has come look at it; False when there are none."""
         due = [name for name, at in self._wakes.items() if at <= now]
         for name in due:
-            self._take(name, self._lines[name].tick(now))
+            self._take(name, self._lines[name].tick(now), now)
         return bool(due)
 
     def asked(self) -> list[str]:
@@ -88,27 +90,28 @@ class Lines:
 
     def port_opened(self, line: str, now: float) -> None:
         """The port of a line is open."""
-        self._take(line, self._lines[line].port_opened(now))
+        self._take(line, self._lines[line].port_opened(now), now)
 
     def port_lost(self, line: str, reason: str, now: float) -> None:
         """The port of a line is gone."""
-        self._take(line, self._lines[line].port_lost(reason, now))
+        self._take(line, self._lines[line].port_lost(reason, now), now)
 
     def transmitting(self, line: str, at: float) -> None:
         """The request of a line goes out now."""
         self._lines[line].trace.leaves(at)
 
-    def received(self, line: str, data: bytes, now: float) -> None:
-        """Bytes arrived on a line."""
-        self._take(line, self._lines[line].received(data, now))
+    def received(self, line: str, data: bytes, at: float) -> None:
+        """Bytes arrived on a line; it may have done something else since."""
+        now = max(at, self._moments[line])
+        self._take(line, self._lines[line].received(data, now), now)
 
     def demand(self, line: str, wants: list[Want], now: float) -> None:
         """Tell a line what is wanted of it."""
-        self._take(line, self._lines[line].demand(wants, now))
+        self._take(line, self._lines[line].demand(wants, now), now)
 
     def forbid(self, drive: Drive, gaps: tuple[tuple[int, int], ...], now: float) -> None:
         """Let no planned read of a drive pass over these addresses from now on."""
-        self._take(drive.line, self._lines[drive.line].forbid(drive.unit, gaps, now))
+        self._take(drive.line, self._lines[drive.line].forbid(drive.unit, gaps, now), now)
 
     def new_job(self) -> int:
         """A number for a job that is about to be asked."""
@@ -118,7 +121,7 @@ class Lines:
     def ask(self, line: str, job: Job, now: float) -> None:
         """Give a line a job."""
         self._jobs[job.id] = (line, job.request)
-        self._take(line, self._lines[line].ask(job, now))
+        self._take(line, self._lines[line].ask(job, now), now)
 
     def withdraw(self, job: int, now: float) -> bool:
         """Take a waiting job back; False when it is on the wire or done."""
@@ -131,8 +134,9 @@ class Lines:
         """Forget a job that is done; its request."""
         return self._jobs.pop(job)[1]
 
-    def _take(self, name: str, actions: list[Action]) -> None:
+    def _take(self, name: str, actions: list[Action], now: float) -> None:
         self._did.extend((name, action) for action in actions)
+        self._moments[name] = now
         at = self._lines[name].wake()
         self._wakes[name] = math.inf if at is None else at
 

@@ -18,7 +18,7 @@ import structlog
 from gateway.bridge.api import BridgeError
 from gateway.bridge.place import socket_path
 from gateway.core.lock import data_lock
-from gateway.core.loop import exact_loop, go_first
+from gateway.core.loop import ExactLoop, go_first, stay_awake
 from gateway.core.server import Server
 from gateway.core.shell import Shell
 from gateway.log import configure
@@ -57,10 +57,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         log.info(
             "no right to real-time priority: other programs can delay the lines (README.md, As a service)"
         )
+    if not stay_awake():
+        log.info("no right to keep the processors awake: frames can leave late (README.md, As a service)")
     control = None if args.control_fd is None else socket.socket(fileno=args.control_fd)
     ports = dict(pair.split("=", 1) for pair in args.line)
     try:
-        with data_lock(site.data), asyncio.Runner(loop_factory=exact_loop) as runner:
+        with data_lock(site.data), asyncio.Runner(loop_factory=ExactLoop) as runner:
             runner.run(_serve(site, ports, control))
     except BridgeError as error:
         log.error("not started", reason=str(error))

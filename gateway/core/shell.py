@@ -207,11 +207,12 @@ class Shell:
         port = self._ports.get(line)
         if port is None:
             return
-        self.core.transmitting(line, time.monotonic())
+        at = time.monotonic()
         try:
             port.write(data)
         except OSError as error:
             self._loop.call_soon(self._lost, line, error.strerror or str(error))
+        self.core.transmitting(line, at)
 
     def _recorded(self, events: Sequence[Recorded]) -> None:
         """Called from the journal's thread."""
@@ -233,12 +234,12 @@ class Shell:
             self.feed(PortLost(line, str(error)))
             return
         self._ports[line] = port
-        port.attach(lambda data: self._received(line, data), lambda reason: self._lost(line, reason))
+        port.attach(lambda data, at: self._received(line, data, at), lambda reason: self._lost(line, reason))
         log.info("port open", line=line, port=where)
         self.feed(PortOpened(line))
 
-    def _received(self, line: str, data: bytes) -> None:
-        self.feed(Received(line, data))
+    def _received(self, line: str, data: bytes, at: float) -> None:
+        self.feed(Received(line, data, at))
 
     def _lost(self, line: str, reason: str) -> None:
         if line in self._ports:

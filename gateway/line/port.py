@@ -12,9 +12,11 @@ import os
 import socket
 import termios
 import threading
+import time
+from collections import deque
 from collections.abc import Callable
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 from urllib.parse import urlsplit
 
 import serial
@@ -26,7 +28,8 @@ CONNECT_TIMEOUT = 3.0
 """Seconds until a host that does not answer is given up."""
 CHUNK = 4096
 
-Received = Callable[[bytes], None]
+Received = Callable[[bytes, float], None]
+"""Told what came in, and when (monotonic, seconds) it was there at the latest."""
 Lost = Callable[[str], None]
 
 
@@ -50,18 +53,34 @@ class Port(Protocol):
         ...
 
 
+@runtime_checkable
+class Prompt(Protocol):
+    """A loop that lets a file be read as soon as it wakes, before the turn of its callback comes."""
+
+    def read_at_once(self, descriptor: int, read: Callable[[], None] | None) -> None:
+        """Call ``read`` whenever the file is readable, until told None."""
+        ...
+
+
 class FilePort:
-    """A port behind a file descriptor that never blocks."""
+    """A port behind a file descriptor that never blocks.
+
+    A line is silent from when the last byte came in. On a `Prompt` loop that is noted at once, and what the
+    loop has to do before our turn comes does not make the silence longer.
+    """
 
     def __init__(self, descriptor: int, close: Callable[[], None]) -> None:
         self._descriptor = descriptor
         self._close = close
         self._loop: asyncio.AbstractEventLoop | None = None
+        self._came: deque[tuple[bytes | OSError, float]] = deque()
 
     def attach(self, received: Received, lost: Lost) -> None:
         """Watch the descriptor on the running loop."""
         self._loop = asyncio.get_running_loop()
         self._loop.add_reader(self._descriptor, self._readable, received, lost)
+        if isinstance(self._loop, Prompt):
+            self._loop.read_at_once(self._descriptor, self._read)
 
     def write(self, data: bytes) -> None:
         """Write all or raise: the rest of a frame after a pause would be another frame."""
@@ -73,18 +92,27 @@ class FilePort:
         self._ignore()
         self._close()
 
-    def _readable(self, received: Received, lost: Lost) -> None:
+    def _read(self) -> None:
+        came: bytes | OSError
         try:
-            data = os.read(self._descriptor, CHUNK)
+            came = os.read(self._descriptor, CHUNK)
         except BlockingIOError:
             return
         except OSError as error:
-            self._vanished(lost, error.strerror or str(error))
-            return
-        if data:
-            received(data)
-        else:
-            self._vanished(lost, "the other side hung up")
+            came = error
+        self._came.append((came, time.monotonic()))
+
+    def _readable(self, received: Received, lost: Lost) -> None:
+        if not self._came:
+            self._read()
+        while self._came and self._loop is not None:
+            came, at = self._came.popleft()
+            if isinstance(came, OSError):
+                self._vanished(lost, came.strerror or str(came))
+            elif came:
+                received(came, at)
+            else:
+                self._vanished(lost, "the other side hung up")
 
     def _vanished(self, lost: Lost, reason: str) -> None:
         self._ignore()
@@ -93,6 +121,8 @@ class FilePort:
     def _ignore(self) -> None:
         if self._loop is not None:
             self._loop.remove_reader(self._descriptor)
+            if isinstance(self._loop, Prompt):
+                self._loop.read_at_once(self._descriptor, None)
             self._loop = None
 
 

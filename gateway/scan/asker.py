@@ -71,7 +71,9 @@ class Asker:
         self._round, self._framing = round, framing_of(setting.framing)
         inbox: asyncio.Queue[bytes | PortError] = asyncio.Queue()
         self._inbox = inbox
-        self._port.attach(inbox.put_nowait, lambda reason: inbox.put_nowait(self._vanished(reason)))
+        self._port.attach(
+            lambda data, _: inbox.put_nowait(data), lambda reason: inbox.put_nowait(self._vanished(reason))
+        )
         self._busy_until = monotonic()
 
     def _close(self) -> None:

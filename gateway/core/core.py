@@ -159,8 +159,8 @@ class Core:
         return min((time for time in times if time is not None), default=None)
 
     def look_ahead(self, at: float) -> list[Transmit]:
-        """What a `Ticked` at that instant (monotonic) will transmit if nothing happens before, as far as that
-        can be told without deciding anything: planned reads only. Changes nothing."""
+        """What a `Ticked` at that instant (monotonic) or soon after will transmit if nothing happens before,
+        as far as that can be told without deciding anything: planned reads only. Changes nothing."""
         return [Transmit(line, data) for line, data in self.lines.look_ahead(at)]
 
     # -- events
@@ -190,8 +190,9 @@ class Core:
 
     def _tick(self) -> None:
         """Lines first: what else is due has a tick of its own, at once, when none of them is."""
+        foretold = self.lines.tick_foretold(self._now.mono)
         self._aftermath.look_where_asked(self._now)
-        if self.lines.tick(self._now.mono) and not self._aftermath.presses:
+        if (self.lines.tick(self._now.mono) or foretold) and not self._aftermath.presses:
             return
         self._aftermath.look(self._now)
         self.control.tick()

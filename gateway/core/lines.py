@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 
 from gateway.core.drive import Drive
 from gateway.line.interface import Action, Job, LineSettings, Plan, Read, Want, Write
@@ -27,6 +27,10 @@ class Lines:
         """When each line needs a tick; kept, because a step concerns one line of many."""
         self._moments = dict.fromkeys(self._lines, -math.inf)
         """When each line did something last: its time never goes back."""
+        self._foretold: dict[str, bytes] = {}
+        """What each line will send when its time comes, if nothing happens there before."""
+        self._left: dict[str, float] = {}
+        """When what was foretold went out, where it has before the step that decides it."""
         self._did: deque[tuple[str, Action]] = deque()
         self._jobs: dict[int, tuple[str, Read | Write]] = {}
         self._last_job = 0
@@ -71,6 +75,20 @@ class Lines:
         for name, line in self._lines.items():
             self._take(name, line.stop(now), now)
 
+    def look_ahead(self, at: float) -> list[tuple[str, bytes]]:
+        """What `tick_foretold` will let the lines send at that instant; see `Line.look_ahead`."""
+        return [(name, data) for name, data in self._foretold.items() if self._wakes[name] <= at]
+
+    def tick_foretold(self, now: float) -> bool:
+        """Let the lines whose time has come send what was foretold of them, as of the instant it was foretold
+        for; False when there are none."""
+        due = [name for name, at in self._wakes.items() if at <= now and name in self._foretold]
+        for name in due:
+            at = self._wakes[name]
+            self._take(name, self._lines[name].tick(at), at)
+            self._leaves(name, self._left.pop(name, at))
+        return bool(due)
+
     def tick(self, now: float) -> bool:
         """Let the lines whose time has come look at it; False when there are none."""
         due = [name for name, at in self._wakes.items() if at <= now]
@@ -82,12 +100,6 @@ class Lines:
         """The lines on which a job waits."""
         return [name for name, line in self._lines.items() if line.asked]
 
-    def look_ahead(self, at: float) -> Iterator[tuple[str, bytes]]:
-        """What the lines that are due at an instant will send then; see `Line.look_ahead`."""
-        for name, due in self._wakes.items():
-            if due <= at and (data := self._lines[name].look_ahead(at)):
-                yield name, data
-
     def port_opened(self, line: str, now: float) -> None:
         """The port of a line is open."""
         self._take(line, self._lines[line].port_opened(now), now)
@@ -97,8 +109,15 @@ class Lines:
         self._take(line, self._lines[line].port_lost(reason, now), now)
 
     def transmitting(self, line: str, at: float) -> None:
-        """The request of a line goes out now."""
-        self._lines[line].trace.leaves(at)
+        """The request of a line goes out now: the one of its last step, or the one that was foretold."""
+        if line in self._foretold:
+            self._left[line] = at
+        else:
+            self._leaves(line, at)
+
+    def _leaves(self, name: str, at: float) -> None:
+        self._lines[name].leaves(at)
+        self._note_wake(name)
 
     def received(self, line: str, data: bytes, at: float) -> None:
         """Bytes arrived on a line; it may have done something else since."""
@@ -137,8 +156,15 @@ class Lines:
     def _take(self, name: str, actions: list[Action], now: float) -> None:
         self._did.extend((name, action) for action in actions)
         self._moments[name] = now
+        self._foretold.pop(name, None)
+        at = self._note_wake(name)
+        if now < at < math.inf and (data := self._lines[name].look_ahead(at)):
+            self._foretold[name] = data
+
+    def _note_wake(self, name: str) -> float:
         at = self._lines[name].wake()
         self._wakes[name] = math.inf if at is None else at
+        return self._wakes[name]
 
 
 def settings_of(config: LineConfig) -> LineSettings:

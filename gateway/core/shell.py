@@ -44,9 +44,6 @@ from gateway.tag import Instant, Role
 
 log = structlog.get_logger(__name__)
 
-LEAD = 400e-6
-"""Seconds before something is due at which is worked out what will be sent then."""
-
 BOOT_ID = Path("/proc/sys/kernel/random/boot_id")
 
 Deliver = Callable[[Response], None]
@@ -94,7 +91,6 @@ class Shell:
         self._last_session = 0
         self._timer: asyncio.TimerHandle | None = None
         self._armed_for: float | None = None
-        self._ahead: Sequence[Transmit] = ()
         site.data.mkdir(parents=True, exist_ok=True)
         self._journal = Journal(site.data, self._recorded)
 
@@ -152,7 +148,6 @@ class Shell:
 
     def _step(self, event: Event, at: Instant, sent: Sequence[Transmit] = ()) -> None:
         """``sent``: what is on the wire already of the actions that this step will bring."""
-        self._ahead = ()
         for action in self.core.step(event, at):
             if action not in sent:
                 self._carry_out(action)
@@ -167,27 +162,17 @@ class Shell:
             self._timer.cancel()
         self._armed_for = wake
         self._timer = None
-        if wake is not None and wake - LEAD > time.monotonic():
-            self._timer = self._loop.call_at(wake - LEAD, self._look_ahead, wake)
-        elif wake is not None:
-            self._timer = self._loop.call_at(wake, self._tick, wake)
+        if wake is not None:
+            self._timer = self._loop.call_at(wake, self._tick)
 
-    def _look_ahead(self, wake: float) -> None:
-        """Find out what the tick at ``wake`` will send, so that it can go out before that is decided."""
-        self._ahead = self.core.look_ahead(wake)
-        self._timer = self._loop.call_at(wake, self._tick, wake)
-
-    def _tick(self, wake: float) -> None:
-        """The instant has come. Where nothing happened since we looked ahead, the core will decide what we
-        know already: first the bytes, then the decision, as of the same instant."""
-        ahead = self._ahead
+    def _tick(self) -> None:
+        """The instant has come. Of planned reads is known what the core will decide: first the bytes, then
+        the decision."""
+        ahead = self.core.look_ahead(time.monotonic())
         for action in ahead:
             self._carry_out(action)
         self._timer = self._armed_for = None
-        at = now()
-        if ahead:
-            at = Instant(wake, at.wall - round((at.mono - wake) * 1e9))
-        self._step(Ticked(), at, ahead)
+        self._step(Ticked(), now(), ahead)
 
     def _carry_out(self, action: Action) -> None:
         match action:

@@ -51,10 +51,6 @@ STRAY_HOLD = 0.1
 """Bytes that nobody asked for hold a request back by so many seconds at most: a babbler stops nothing."""
 
 
-def _admit_all(job_id: int) -> bool:
-    return True
-
-
 class Line:
     """The machine. All methods take ``now`` in seconds of the monotonic clock; it never goes back.
 
@@ -65,7 +61,7 @@ class Line:
         self,
         settings: LineSettings,
         units: Sequence[UnitFacts],
-        admit: Callable[[int], bool] = _admit_all,
+        admit: Callable[[int], bool] = lambda _: True,
     ) -> None:
         self.settings = settings
         self.counters = Counters()
@@ -83,6 +79,7 @@ class Line:
         self._free_at = -math.inf
         self._pauses = Pauses()
         self._held = 0.0
+        self._sent_at = -math.inf
         self._overhearing = Overhearing(self._wire.framing)
         self.doctor = Doctor((facts.unit for facts in units), settings.framing, timing, settings.echo)
 
@@ -183,6 +180,15 @@ class Line:
             actions = self._timed_out(done, now) if done.reply is None else self._replied(done, now)
         return [*actions, *self._advance(now)]
 
+    def leaves(self, at: float) -> None:
+        """The request that was sent last goes out at this instant, a little after it was decided on."""
+        self.trace.leaves(at)
+        late, self._sent_at = max(0.0, at - self._sent_at), at
+        if self._current is not None:
+            self._current.delay(late)
+        else:  # nobody answers it
+            self._free_at += late
+
     def look_ahead(self, at: float) -> bytes:
         """The planned read that `tick` will send at an instant if nothing happens before; empty for anything
         else, and on a network, where nobody counts milliseconds and each request takes a number."""
@@ -271,6 +277,7 @@ class Line:
     def _send(self, question: Question, now: float) -> tuple[list[Action], Transaction]:
         sent = self._wire.begin(question, self._units.patience(question), now)
         self._current = sent
+        self._sent_at = now
         self._held = 0.0
         if question.write is not None:
             self._units.wrote(question, sent.ends)

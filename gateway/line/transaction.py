@@ -91,6 +91,12 @@ class Transaction:
         if self.seeker.patience:
             self.deadline = max(self.deadline, now + self.seeker.patience)
 
+    def delay(self, seconds: float) -> None:
+        """It leaves so much later than it was decided on."""
+        self.began += seconds
+        self.ends += seconds
+        self.deadline += seconds
+
     def doubt(self) -> None:
         """Go on waiting: what came is taken for the reply to something older."""
         self.doubted, self.reply = True, None

@@ -33,6 +33,8 @@ EXIT_LOCKED = 3
 
 HEADER_BYTES = 4096
 
+COLLECT_SECONDS = 600.0
+
 
 class Adapter(msgspec.Struct, frozen=True):
     """What the supervisor says of the socket it hands over: for which adapter it is, and the highest
@@ -80,8 +82,7 @@ async def _serve(site: Site, ports: Mapping[str, str], control: socket.socket | 
     path = socket_path(site.data)
     await server.listen(path)
     shell.start()
-    gc.collect()
-    gc.freeze()
+    loop.call_soon(_collect, loop)
     listening = None if control is None else asyncio.create_task(_listen(control, server, site, stop))
     log.info("core started", site=site.site, gateway=site.gateway, digest=site.digest[:12])
     await stop.wait()
@@ -91,6 +92,16 @@ async def _serve(site: Site, ports: Mapping[str, str], control: socket.socket | 
     await server.close()
     path.unlink(missing_ok=True)
     log.info("core stopped")
+
+
+def _collect(loop: asyncio.AbstractEventLoop) -> None:
+    """Look for garbage now and then, and not whenever Python likes to: that stops all lines for milliseconds,
+    while next to nothing of what the core makes needs it. What was there at the start is not looked at again."""
+    gc.collect()
+    if gc.isenabled():
+        gc.freeze()
+        gc.disable()
+    loop.call_later(COLLECT_SECONDS, _collect, loop)
 
 
 async def _listen(control: socket.socket, server: Server, site: Site, stop: asyncio.Event) -> None:

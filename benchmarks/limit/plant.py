@@ -24,6 +24,7 @@ like: teco-7200gs
 serial:
   baud: [9600, 115200]
   rtu: [8N1, 8N2]
+  units: {{is: 1..32}}
 """
 PROFILE = "measured-drive"
 

@@ -47,7 +47,7 @@ def running(plant: Plant, keep: Path | None = None) -> Iterator[Running]:
         ports = [word for name, port in wire.ports.items() for word in ("--line", f"{name}={port}")]
         argv = [sys.executable, "-m", "gateway", "run", str(site), *ports]
         process = stack.enter_context(program(argv, folder / "gateway.log"))
-        wait_for(opcua)
+        wait_for(opcua, process, folder / "gateway.log")
         items = stack.enter_context(
             Client(
                 "opcua_client",
@@ -61,7 +61,7 @@ def running(plant: Plant, keep: Path | None = None) -> Iterator[Running]:
         spy = stack.enter_context(Client("mqtt_client", site=SITE, port=mqtt))
         items.hear()
         spy.hear()
-        yield Running(plant, wire, items, spy, process)
+        yield Running(plant, wire, items, spy, process.pid)
 
 
 def items_of(plant: Plant) -> list[str]:
@@ -71,11 +71,11 @@ def items_of(plant: Plant) -> list[str]:
 
 
 @contextlib.contextmanager
-def program(argv: list[str], log: Path) -> Iterator[int]:
-    """A program that is ended in order; its number."""
+def program(argv: list[str], log: Path) -> Iterator[subprocess.Popen[bytes]]:
+    """A program that is ended in order."""
     with log.open("wb") as file, subprocess.Popen(argv, cwd=ROOT, stderr=file, stdout=file) as process:
         try:
-            yield process.pid
+            yield process
         finally:
             process.send_signal(signal.SIGTERM)
             try:
@@ -91,10 +91,13 @@ def free_port() -> int:
         return int(probe.getsockname()[1])
 
 
-def wait_for(port: int) -> None:
-    """Return when somebody listens. Raises `TimeoutError`."""
+def wait_for(port: int, program: subprocess.Popen[bytes] | None = None, log: Path | None = None) -> None:
+    """Return when somebody listens. Raises `TimeoutError`; `RuntimeError` with the log when the program ended
+    that was to listen."""
     limit = time.monotonic() + START_SECONDS
     while time.monotonic() < limit:
+        if program is not None and program.poll() is not None:
+            raise RuntimeError(log.read_text(encoding="utf-8") if log else "it ended")
         with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", port), 1.0):
             return
         time.sleep(0.05)

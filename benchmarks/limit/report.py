@@ -40,6 +40,8 @@ def _details(row: Row) -> str:
 
 
 def _spread(values: dict[str, float]) -> str:
+    if not values:
+        return "unknown"
     return (
         f"{values['mean']:.2f} (p50 {values['p50']:.2f}, p99 {values['p99']:.2f}, max {values['max']:.1f}) ms"
     )

@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from benchmarks.limit.measure import measure_use
+from benchmarks.limit.peers import measure_peer
 from benchmarks.limit.plant import Plant
 from benchmarks.limit.product import Running, running
 from benchmarks.limit.writes import measure_flood, measure_latency, measure_share, measure_stream
@@ -41,12 +42,36 @@ def use(least: float) -> Callable[[Running, float], Row]:
     return measure
 
 
-SCENARIOS = (
+@dataclass(frozen=True, slots=True)
+class Peer:
+    """Somebody else on the same plant."""
+
+    name: str
+    peer: str
+    plant: Callable[[], Plant]
+    settle: float = 3.0
+
+    def run(self, seconds: float) -> Row:
+        """Measure once."""
+        return {"scenario": self.name, **measure_peer(self.peer, self.plant(), self.settle, seconds)}
+
+
+def sixteen_lines() -> Plant:
+    """As many as one core has to carry."""
+    return Plant(lines=16, drives=8, baud=115200, form="8N1")
+
+
+SCENARIOS: tuple[Scenario | Peer, ...] = (
+    Peer("peer: bare loop, one drive", "bare", lambda: Plant(drives=1)),
+    Peer("peer: bare loop, eight drives", "bare", lambda: Plant(drives=8)),
+    Peer("peer: bare loop, sixteen lines", "bare", sixteen_lines),
+    Peer("peer: pymodbus, eight drives", "pymodbus", lambda: Plant(drives=8)),
+    Peer("peer: pymodbus, one of 8 silent", "pymodbus", lambda: Plant(drives=8, silent=1), 12.0),
     Scenario("one drive", lambda: Plant(drives=1), 5, use(0.99)),
     Scenario("eight drives", lambda: Plant(drives=8), 8, use(0.99)),
     Scenario(
         "sixteen lines of eight, 115200 8N1",
-        lambda: Plant(lines=16, drives=8, baud=115200, form="8N1"),
+        sixteen_lines,
         15,
         use(0.97),
     ),

@@ -18,6 +18,8 @@ MOVING = frozenset((0x23, 0x24, 0x27, 0x28, 0x29, 0x2A, 0x2B, 0x31, 0x32))
 """Measurements, which are different each time."""
 LONGEST = 16
 COMMAND, STATUS = 0x01, 0x20
+SOURCES = 0x107
+"""Sn-08: with zero the drive obeys the line."""
 RUNNING, READY = 0x01, 0x04
 BAD_FUNCTION, BAD_ADDRESS, BAD_COUNT = 1, 2, 3
 
@@ -27,7 +29,7 @@ class Drive:
 
     def __init__(self, unit: int) -> None:
         self.unit = unit
-        self._words: dict[int, int] = {}
+        self._words = {SOURCES: 0}
         self._reads = 0
 
     def reply(self, request: Request) -> bytes:

@@ -15,7 +15,7 @@ DOWN_AFTER = 3
 """Requests in a row without an answer after which a unit that did answer is held to be down."""
 DOWN_AT_FIRST = 2
 """The same for a unit that never answered."""
-PROBE_SHARE = 0.03
+PROBE_SHARE = 0.02
 """Share of the line that all probes together may take."""
 PROBE_PERIOD = 5.0
 """Least seconds between two probes of one unit."""

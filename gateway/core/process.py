@@ -96,7 +96,7 @@ async def _serve(site: Site, ports: Mapping[str, str], control: socket.socket | 
 
 def _collect(loop: asyncio.AbstractEventLoop) -> None:
     """Look for garbage now and then, and not whenever Python likes to: that stops all lines for milliseconds,
-    and next to nothing of what the core makes needs it. What was there at the start is not looked at again."""
+    and next to nothing that the core makes needs it. What was there at the start is not looked at again."""
     gc.collect()
     if gc.isenabled():
         gc.freeze()

@@ -131,6 +131,8 @@ class Bench:
         """Further drives, at the addresses of others."""
         self.arrives: Callable[[float], float] = lambda at: at
         """When the host gets bytes whose last bit arrived at an instant."""
+        self.lag: Callable[[], float] = lambda: 0.0
+        """Seconds from the decision to send until the request leaves: the host had something else to do."""
         self.now = 100.0
         self.log: list[tuple[float, Action]] = []
         self.wire: list[tuple[float, bool, bytes]] = []
@@ -242,6 +244,9 @@ class Bench:
         return self.line.port_lost("no such port", self.now)
 
     def _transmit(self, data: bytes) -> None:
+        if lag := self.lag():
+            self.now += lag
+            self.line.leaves(self.now)
         assert not self.quiet or self.now - self._last_bit >= SILENCE - 1e-9, (
             "a request without the silence before it"
         )

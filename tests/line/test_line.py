@@ -1,5 +1,7 @@
 """The machine in virtual time: who is asked when, and what is told."""
 
+import random
+
 import pytest
 
 from gateway.line.interface import (
@@ -454,3 +456,18 @@ def test_the_plan_follows_what_is_learned() -> None:
     assert bench.line.plan.load > first.load
     bench.run(10)
     assert len(bench.values(0x20)) > 50
+
+
+def test_time_counts_from_when_a_request_left() -> None:
+    """A host that stalls between decision and wire neither gives up a reply too soon nor breaks the silence
+    after a request that nobody answers."""
+    wants = [Want(5, 0x20, 5, 0.01), Want(5, 0x27, 7, 0.01)]
+    bench = one(delay=0.02)
+    bench.start(*wants).run(5)
+    bench.lag = lambda: chance.choice((0.0, 0.0001, 0.001, 0.02, 0.3))
+    chance = random.Random(7)
+    for _ in range(50):
+        bench.ask(Write(0, 1, (0,)))
+        bench.run(2)
+    assert bench.line.counters.timeouts == bench.line.counters.damaged == 0
+    assert bench.line.counters.answered > 200

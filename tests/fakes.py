@@ -21,7 +21,7 @@ from gateway.bridge.api import (
     TracePage,
     Update,
 )
-from gateway.tag import Cause, Origin, Outcome, Quality, Role, Sample, Value, ValueType, Verdict
+from gateway.tag import Cause, Origin, Outcome, Quality, Role, Sample, Value, ValueType, Verdict, split_tag
 
 
 def small_catalogue(drive: str = "fan-1") -> Catalogue:
@@ -201,6 +201,11 @@ class FakeBridge:
         self._queue: asyncio.Queue[Update | None] = asyncio.Queue()
         self._seq = 0
 
+    def _knows(self, owner: str, name: str) -> bool:
+        """As the core, which refuses what is not there."""
+        [found] = [known for known in self.catalogue.owners if known.name == owner]
+        return name in [point.name for point in found.points] + [each.name for each in found.commands]
+
     def push(self, *samples: Sample) -> None:
         """Deliver samples as one batch."""
         self._seq += 1
@@ -243,6 +248,8 @@ class FakeBridge:
         id: str = "",
         confirm: str = "",
     ) -> Outcome:
+        if not self._knows(*split_tag(tag)):
+            return Outcome(verdict=Verdict.REFUSED, cause=Cause.UNKNOWN_TAG, reason=f"there is no {tag}")
         self.confirmed.append(confirm)
         self.writes.append((tag, value, origin, ttl, id))
         await asyncio.sleep(self.delay)
@@ -258,6 +265,9 @@ class FakeBridge:
         id: str = "",
         confirm: str = "",
     ) -> Outcome:
+        if not self._knows(drive, name):
+            reason = f"{drive} has no command {name}"
+            return Outcome(verdict=Verdict.REFUSED, cause=Cause.UNKNOWN_COMMAND, reason=reason)
         self.confirmed.append(confirm)
         self.commands.append((drive, name, dict(args), origin, ttl, id))
         await asyncio.sleep(self.delay)

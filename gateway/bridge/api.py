@@ -30,6 +30,8 @@ API_VERSION = 3
 
 DEFAULT_TTL = 5.0
 """Seconds that a write or command may wait for its first byte on the wire."""
+TOO_LATE = "its time to live had ended when it arrived"
+"""Why a write or command is expired that came too late, in the words of every protocol."""
 
 
 DIAGNOSTIC = "diagnostic"

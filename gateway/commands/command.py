@@ -61,18 +61,17 @@ async def _command(  # noqa: PLR0913 - the options of the command line
     from gateway.terminal.connect import local_origin, open_bridge
     from gateway.terminal.leasing import finish_under, hand_on
     from gateway.terminal.output import finish
-    from gateway.terminal.sites import load, refuse_absent
-    from gateway.terminal.words import arguments, find_command, find_commanded
+    from gateway.terminal.sites import load
+    from gateway.terminal.words import arguments, command_named, commanded_named
 
-    loaded = load(path)
-    refuse_absent(loaded, drive, name)
-    async with open_bridge(loaded) as bridge:
-        found, origin = find_commanded(bridge.catalogue, drive), local_origin()
-        args = arguments(find_command(found, name), words)
+    async with open_bridge(load(path)) as bridge:
+        found, origin = commanded_named(bridge.catalogue, drive), local_origin()
+        args = arguments(command_named(found, name), words)
         asked = " ".join([drive, name, *words])
 
         def work() -> Awaitable[Outcome]:
-            return bridge.command(found.name, name, args, origin, ttl, confirm=confirm)
+            whom = found.name if found else drive
+            return bridge.command(whom, name, args, origin, ttl, confirm=confirm)
 
         if name in STOPS:
             finish(asked, await work(), as_json)

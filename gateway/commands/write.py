@@ -36,18 +36,16 @@ def write(
 async def _write(path: Path, assignment: str, ttl: float, confirm: str, hold: bool, as_json: bool) -> None:
     from gateway.tag import split_tag
     from gateway.terminal.connect import local_origin, open_bridge
-    from gateway.terminal.leasing import Hand, finish_under
-    from gateway.terminal.sites import load, refuse_absent
-    from gateway.terminal.words import find_drive, find_point, read_value, split
+    from gateway.terminal.leasing import finish_under, hand_on
+    from gateway.terminal.sites import load
+    from gateway.terminal.words import as_meant, drive_named, points_by_tag, split
 
     tag, text = split(assignment)
-    site = load(path)
-    refuse_absent(site, *split_tag(tag))
-    async with open_bridge(site) as bridge:
-        point = find_point(bridge.catalogue, tag)
-        value = read_value(text, point.type, point.values)
+    async with open_bridge(load(path)) as bridge:
+        point = points_by_tag(bridge.catalogue).get(tag)
+        value = as_meant(text, point.type, point.values) if point else text
         origin = local_origin()
-        hand = Hand(bridge, find_drive(bridge.catalogue, split_tag(tag)[0]), origin)
+        hand = hand_on(bridge, drive_named(bridge.catalogue, split_tag(tag)[0]), origin, hold)
         await finish_under(
             hand,
             assignment,

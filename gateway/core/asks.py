@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
-from gateway.bridge.api import DEFAULT_TTL
+from gateway.bridge.api import DEFAULT_TTL, TOO_LATE
 from gateway.bridge.messages import RunCommand, WriteTag
 from gateway.core.broadcasting import command_all, everybody_of, why_off
 from gateway.core.drive import Drive
@@ -209,7 +209,7 @@ class Asks:
 
     def _check_there(self, drive: Drive, request: WriteTag | RunCommand) -> None:
         if request.ttl <= 0:
-            raise Ended(Verdict.EXPIRED, Cause.EXPIRED, "its time to live had ended when it arrived")
+            raise Ended(Verdict.EXPIRED, Cause.EXPIRED, TOO_LATE)
         if self._up(drive) is False:
             raise Ended(Verdict.FAILED, Cause.NO_ANSWER, f"{drive.name} does not answer")
 

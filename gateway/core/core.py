@@ -108,7 +108,7 @@ class Core:
         self._inquiries = Inquiries(
             self._health, self._doctors, self._gaps, self.control, self.polling, self.lines, self.clients
         )
-        register(self.own, self.drives, self.lines, self._health)
+        register(self.own, self.drives, self.lines, self._health, self.trail)
         self._aftermath = Aftermath(
             lines=self.lines,
             polling=self.polling,

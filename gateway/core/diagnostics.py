@@ -7,8 +7,10 @@ from operator import attrgetter
 
 from gateway.core.drive import Drive
 from gateway.core.health import Wellbeing
+from gateway.core.lastly import LastOutcomes
 from gateway.core.lines import Lines
 from gateway.core.own import OwnTags, Tell
+from gateway.core.trail import Trail
 from gateway.line.doctor.figures import Traffic, UnitFigures
 from gateway.line.doctor.histogram import Spread, share_of
 from gateway.line.line import Line
@@ -20,8 +22,9 @@ SHARES = {"p50": 0.5, "p95": 0.95, "max": 1.0}
 _FROM_LINES = {name: point for name, point in OF_A_LINE.items() if name not in CONDITION}
 
 
-def register(own: OwnTags, drives: Sequence[Drive], lines: Lines, health: Wellbeing) -> None:
+def register(own: OwnTags, drives: Sequence[Drive], lines: Lines, health: Wellbeing, trail: Trail) -> None:
     """Make everything that is known of lines, drives and the gateway tags."""
+    LastOutcomes(drives, own, trail)
     for name in lines.names:
         line = lines.get(name)
         assert line is not None

@@ -7,8 +7,9 @@ profile and site, never the client's. Ids such as T2 refer to the hazard list in
 
 from __future__ import annotations
 
+import difflib
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
@@ -85,7 +86,8 @@ def check_point(drive: Drive, name: str) -> Point:
     if name.startswith(OWN):
         raise refuse(Cause.NOT_WRITABLE, f"{name} is told by the gateway; nobody writes it")
     if point is None:
-        raise refuse(Cause.UNKNOWN_TAG, f"{drive.name} has no point {name}{_because(drive, name)}")
+        why = _because(drive, name) or _nearest(name, drive.profile.points)
+        raise refuse(Cause.UNKNOWN_TAG, f"{drive.name} has no point {name}{why}")
     if point.by_command_only:
         names = ", ".join(
             c.name for c in drive.profile.commands.values() if any(name in s.write for s in c.steps)
@@ -134,6 +136,12 @@ def _because(drive: Drive, name: str) -> str:
     """Why the drive has not what its profile knows, to be put behind a sentence."""
     reason = why_absent(drive.config, name)
     return f": {reason}" if reason else ""
+
+
+def _nearest(name: str, known: Iterable[str]) -> str:
+    """What may have been meant, to be put behind a sentence."""
+    close = difflib.get_close_matches(name, list(known), n=1)
+    return f" (did you mean {close[0]}?)" if close else ""
 
 
 def fixed_values(drive: Drive, command: Command) -> Iterator[tuple[Point, int]]:

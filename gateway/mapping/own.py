@@ -80,6 +80,12 @@ OF_A_DRIVE: Mapping[str, OwnPoint] = _named(
         OwnPoint(
             "_identity", "Whether the drive is of the model that the site says", _TEXT, group="supervision"
         ),
+        OwnPoint(
+            "_last_outcome",
+            "What the drive was asked last, by whom, and what became of it",
+            _TEXT,
+            group="supervision",
+        ),
         OwnPoint("_writes_today", "Writes of the last 24 hours that wear the drive's memory", group="wear"),
         *OF_CONTROL.values(),
     )

@@ -131,14 +131,16 @@ class Hands:
         return True
 
 
-def hand_on(bridge: Bridge, found: OwnerInfo, origin: Origin, hold: bool) -> Hand | Hands:
-    """The hand on a drive, or on all drives of a line.
+def hand_on(bridge: Bridge, found: OwnerInfo | None, origin: Origin, hold: bool) -> Hand | Hands:
+    """The hand on a drive, on all drives of a line, or on nothing, where there is nothing of the name.
 
     Raises:
         UsageError: if it should stay on several drives.
     """
     if isinstance(found, DriveInfo):
         return Hand(bridge, found, origin)
+    if found is None:
+        return Hands([])
     if hold:
         raise UsageError("--hold is for one drive; acquire the others by name (gateway lease)")
     drives = [drive for drive in bridge.catalogue.drives if own_name(drive.line) == found.name]

@@ -42,51 +42,52 @@ def select(catalogue: Catalogue, patterns: Iterable[str]) -> list[str]:
     return list(found)
 
 
-def find_point(catalogue: Catalogue, tag: str) -> PointInfo:
-    """The point of a tag.
-
-    Raises:
-        UsageError: if there is none.
-    """
-    return _find(points_by_tag(catalogue), tag, "tag")
-
-
 def find_drive(catalogue: Catalogue, name: str) -> DriveInfo:
     """The drive of that name. Raises UsageError if there is none."""
     return _find({drive.name: drive for drive in catalogue.drives}, name, "drive")
 
 
-def find_commanded(catalogue: Catalogue, name: str) -> OwnerInfo:
-    """The drive of that name, else the line whose drives can be commanded together (``north``, ``_north``).
-    Raises UsageError if there is none."""
-    lines = {alias: line for line in catalogue.lines if line.commands for alias in (line.browse, line.name)}
-    drives = {drive.name: drive for drive in catalogue.drives}
-    return _find({**lines, **drives}, name, "drive")
+def drive_named(catalogue: Catalogue, name: str) -> DriveInfo | None:
+    """The drive of that name; None if there is none."""
+    return next((drive for drive in catalogue.drives if drive.name == name), None)
 
 
-def find_command(drive: OwnerInfo, name: str) -> CommandInfo:
-    """The command of a drive. Raises UsageError if there is none."""
-    return _find({command.name: command for command in drive.commands}, name, f"command of {drive.name}")
+def commanded_named(catalogue: Catalogue, name: str) -> OwnerInfo | None:
+    """The drive of that name, else the line whose drives can be commanded together (``north``, ``_north``);
+    None if there is neither."""
+    lines = (line for line in catalogue.lines if line.commands and name in (line.browse, line.name))
+    return drive_named(catalogue, name) or next(lines, None)
 
 
-def arguments(command: CommandInfo, words: Sequence[str]) -> dict[str, Value]:
-    """``NAME=VALUE`` words as the arguments of a command.
+def command_named(owner: OwnerInfo | None, name: str) -> CommandInfo | None:
+    """The command of a drive or line; None if there is none."""
+    return next((command for command in owner.commands if command.name == name), None) if owner else None
+
+
+def arguments(command: CommandInfo | None, words: Sequence[str]) -> dict[str, Value]:
+    """``NAME=VALUE`` words as the arguments of a command (None: of one that is not there), as far as they can
+    be read. The core says what is wrong with the others.
 
     Raises:
-        UsageError: if a name is unknown, given twice or missing, or a value cannot be read.
+        UsageError: if a name is given twice.
     """
-    known = {argument.name: argument for argument in command.args}
+    known = {argument.name: argument for argument in command.args} if command else {}
     values: dict[str, Value] = {}
     for word in words:
         name, text = split(word)
-        argument = _find(known, name, f"argument of {command.name}")
         if name in values:
             raise UsageError(f"{name} is given twice")
-        values[name] = read_value(text, argument.type, argument.values)
-    missing = [name for name in known if name not in values]
-    if missing:
-        raise UsageError(f"{command.name} needs {' '.join(f'{name}=VALUE' for name in missing)}")
+        argument = known.get(name)
+        values[name] = as_meant(text, argument.type, argument.values) if argument else text
     return values
+
+
+def as_meant(text: str, type: ValueType, values: Mapping[int, str]) -> Value:
+    """A value as `read_value`; what cannot be read stays a text, for the core to say what is wrong."""
+    try:
+        return read_value(text, type, values)
+    except UsageError:
+        return text
 
 
 def split(word: str) -> tuple[str, str]:

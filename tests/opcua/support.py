@@ -15,7 +15,7 @@ from asyncua import Client, Node, ua
 
 from gateway.bridge.api import Catalogue
 from gateway.northbound.opcua.server import Adapter, listening
-from gateway.tag import Cause, Origin, Outcome, Quality, Role, Sample, Value, Verdict
+from gateway.tag import Cause, Origin, Outcome, Quality, Role, Sample, Value, ValueType, Verdict
 from gateway.users import add_user
 from tests.fakes import FakeBridge
 
@@ -27,8 +27,19 @@ FREQUENCY = "fan-1.output_frequency"
 COMMAND = "fan-1.frequency_command"
 
 
+def _refused(cause: Cause) -> Outcome:
+    return Outcome(verdict=Verdict.REFUSED, cause=cause, reason=f"refused: {cause}")
+
+
+def _is_wrong(value: Value, kind: ValueType) -> bool:
+    takes = {ValueType.BOOLEAN: (bool,), ValueType.TEXT: (str,)}.get(kind, (int, float, str))
+    wrong_bit = isinstance(value, bool) != (kind is ValueType.BOOLEAN)
+    return wrong_bit or not isinstance(value, takes) or (kind is ValueType.NUMBER and isinstance(value, str))
+
+
 class JudgingBridge(FakeBridge):
-    """Refuses as the core's guard does where the role is too low, else gives `outcome`."""
+    """Refuses what is unknown, of the wrong type, or for another role, as the core's guard does, else gives
+    `outcome`."""
 
     read_delay = 0.0
 
@@ -52,10 +63,27 @@ class JudgingBridge(FakeBridge):
     async def write(self, tag: str, value: Value, origin: Origin, *more: Any, **named: Any) -> Outcome:
         drive, _, name = tag.partition(".")
         info = next(d for d in self.catalogue.drives if d.name == drive)
-        needed = next(p for p in info.points if p.name == name).role
-        if needed is None or not origin.role.covers(needed):
-            return Outcome(verdict=Verdict.REFUSED, cause=Cause.NO_RIGHTS, reason="role too low")
+        point = next((p for p in info.points if p.name == name), None)
+        if point is None:
+            return await super().write(tag, value, origin, *more, **named)
+        if point.role is None or not origin.role.covers(point.role):
+            return _refused(Cause.NO_RIGHTS)
+        if _is_wrong(value, point.type):
+            return _refused(Cause.WRONG_TYPE)
         return await super().write(tag, value, origin, *more, **named)
+
+    async def command(
+        self, drive: str, name: str, args: Mapping[str, Value], *more: Any, **named: Any
+    ) -> Outcome:
+        info = next(owner for owner in self.catalogue.owners if owner.name == drive)
+        command = next((c for c in info.commands if c.name == name), None)
+        if command is None:
+            return await super().command(drive, name, args, *more, **named)
+        if set(args) != {arg.name for arg in command.args}:
+            return _refused(Cause.WRONG_ARGUMENTS)
+        if any(_is_wrong(args[arg.name], arg.type) for arg in command.args):
+            return _refused(Cause.WRONG_TYPE)
+        return await super().command(drive, name, args, *more, **named)
 
 
 @dataclass

@@ -10,9 +10,9 @@ from gateway.bridge.api import OwnerInfo
 from gateway.northbound.mqtt import payload
 from gateway.northbound.mqtt.message import Incoming, Lane, Message
 from gateway.northbound.mqtt.once import Entry, Once
-from gateway.northbound.mqtt.order import Order, read_order, read_own_order
+from gateway.northbound.mqtt.order import Order, has_member, read_order, read_own_order, read_unknown_order
 from gateway.northbound.mqtt.outbox import Outbox
-from gateway.northbound.mqtt.request import RejectedError, lenient_id, refused
+from gateway.northbound.mqtt.request import TEXT_LIMIT, RejectedError, lenient_id, refused
 from gateway.northbound.mqtt.runner import LIMIT, Runner
 from gateway.northbound.mqtt.topics import Target, Topics
 from gateway.tag import Cause, Instant, Outcome, tag_of
@@ -79,15 +79,18 @@ class Commander:
         """The order in a message.
 
         Raises:
-            RejectedError: also when nothing is at its topic. A name is not tried instead: what the site
-                calls otherwise may be something else here.
+            RejectedError: also when the drive has what would be at the topic by its name, and the site calls
+                it otherwise.
         """
-        if not target.name:
-            log.warning("nothing can be commanded at %s", incoming.topic)
+        owner = self._drives[target.drive]
+        if target.name:
+            read = read_own_order if target.own else read_order
+            return read(owner, target.name, incoming)
+        log.warning("nothing can be commanded at %s", incoming.topic)
+        if len(target.place) > TEXT_LIMIT or has_member(owner, target.place):
             reason = "nothing can be commanded at this topic (the drive's meta topic tells what there is)"
             raise RejectedError(refused(Cause.UNKNOWN_TAG, reason), lenient_id(incoming.payload)[0])
-        read = read_own_order if target.own else read_order
-        return read(self._drives[target.drive], target.name, incoming)
+        return read_unknown_order(owner, target.place, incoming)
 
     def _refuse_retained(self, target: Target, incoming: Incoming) -> None:
         """A retained command is an old one that the broker repeats to whoever connects; told as an event

@@ -7,7 +7,7 @@ clock). Whatever is given is checked. STOP needs no proof; the caller does not a
 
 from __future__ import annotations
 
-from gateway.bridge.api import DEFAULT_TTL
+from gateway.bridge.api import DEFAULT_TTL, TOO_LATE
 from gateway.northbound.mqtt.message import Incoming
 from gateway.northbound.mqtt.request import MalformedError, RejectedError, Request, refused
 from gateway.tag import Cause, Outcome, Verdict
@@ -27,8 +27,8 @@ def time_to_live(incoming: Incoming, request: Request) -> float:
         raise RejectedError(refused(Cause.WRONG_EPOCH, reason), request.id)
     left = _time_left(incoming, request)
     if left is not None and left <= 0:
-        reason = f"its time ended {-left:.1f} s before it came"
-        raise RejectedError(Outcome(verdict=Verdict.EXPIRED, cause=Cause.EXPIRED, reason=reason), request.id)
+        late = Outcome(verdict=Verdict.EXPIRED, cause=Cause.EXPIRED, reason=TOO_LATE)
+        raise RejectedError(late, request.id)
     if request.epoch is None:
         _check_near(left, request.id)
     return DEFAULT_TTL if left is None else min(left, DEFAULT_TTL)

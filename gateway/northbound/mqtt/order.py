@@ -81,10 +81,30 @@ def read_order(drive: OwnerInfo, name: str, incoming: Incoming) -> Order:
     if is_command and name in STOPS:
         id, by = lenient_id(incoming.payload)
         return Order(drive=drive.name, name=name, content={}, id=id, by=by, ttl=DEFAULT_TTL)
+    return _order(drive, name, incoming, is_command=is_command)
+
+
+def has_member(drive: OwnerInfo, name: str) -> bool:
+    """Whether a drive has a point or command of that name."""
+    return name in [point.name for point in drive.points] + [command.name for command in drive.commands]
+
+
+def read_unknown_order(drive: OwnerInfo, name: str, incoming: Incoming) -> Order:
+    """An order for what the drive has not (`has_member`): the core refuses it, in the words of every
+    protocol. What has arguments is taken for a command.
+
+    Raises:
+        RejectedError: as `read_order`.
+    """
+    return _order(drive, name, incoming)
+
+
+def _order(drive: OwnerInfo, name: str, incoming: Incoming, *, is_command: bool | None = None) -> Order:
     request = _identified(incoming)
     if request.whom or request.reason:
         raise MalformedError("from and reason belong to lease and maintenance", request.id)
     ttl = time_to_live(incoming, request)
+    is_command = request.args is not msgspec.UNSET if is_command is None else is_command
     content = _arguments(name, request) if is_command else _value(name, request)
     return Order(
         drive=drive.name,

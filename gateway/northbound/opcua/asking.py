@@ -7,6 +7,7 @@ clients, and what makes no sense in OPC UA's own terms, are turned away at once;
 from __future__ import annotations
 
 import asyncio
+import itertools
 from collections.abc import Awaitable
 from typing import Any
 
@@ -15,11 +16,15 @@ from asyncua import ua
 
 from gateway.bridge.api import DEFAULT_TTL, Bridge, BridgeError
 from gateway.northbound.opcua import plain
-from gateway.northbound.opcua.given import is_taken, value_of
+from gateway.northbound.opcua.commands import named
+from gateway.northbound.opcua.given import is_mistaken, is_plain, is_taken, value_of
 from gateway.northbound.opcua.locking import NOT_YOURS, OK
 from gateway.northbound.opcua.model import MethodNode, Model, TagNode
 from gateway.northbound.opcua.status import outcome_status
-from gateway.tag import Cause, Origin, Outcome, Verdict
+from gateway.tag import Cause, Origin, Outcome, Verdict, tag_of
+
+TTL_SHARE = 0.9
+"""Part of a client's patience after which nothing is sent any more."""
 
 SHOWN = 200
 """Characters of a value that are shown in the journal at most."""
@@ -29,6 +34,13 @@ _CAUSES = {
     ua.StatusCodes.BadNotWritable: Cause.NOT_WRITABLE,
     ua.StatusCodes.BadTypeMismatch: Cause.WRONG_TYPE,
     ua.StatusCodes.BadWriteNotSupported: Cause.MALFORMED,
+}
+
+_REASONS = {
+    ua.StatusCodes.BadUserAccessDenied: "nobody writes without a name and a password",
+    ua.StatusCodes.BadTypeMismatch: "of another type than the node (an integer is never taken for a number)",
+    ua.StatusCodes.BadWriteNotSupported: "a part of a value, or one whose status is not Good",
+    ua.StatusCodes.BadInvalidArgument: "an argument is of another type than the method's",
 }
 
 _log = structlog.get_logger(__name__)
@@ -45,9 +57,9 @@ class Asker:
     async def write(self, wanted: ua.WriteValue, origin: Origin, patience: float | None) -> ua.StatusCode:
         """Write one value. Good means that the drive was seen to hold it."""
         node = self._model.tags.get(wanted.NodeId)
-        objection = _write_objection(wanted, node)
         if node is None:
-            return plain.status(objection or ua.StatusCodes.BadNotWritable)
+            return plain.status(ua.StatusCodes.BadNotWritable)
+        objection = _write_objection(wanted, node)
         if not origin.authenticated:
             objection = ua.StatusCodes.BadUserAccessDenied
         if objection is not None:
@@ -56,31 +68,64 @@ class Asker:
         asked = self._bridge.write(node.tag, value_of(wanted.Value.Value), origin, _ttl(patience))
         return outcome_status(await self._outcome(asked, patience, node.tag))
 
+    async def write_missing(
+        self, wanted: ua.WriteValue, origin: Origin, patience: float | None
+    ) -> ua.StatusCode:
+        """Write to a node that is not there. Where it would be a drive's, the core says so, on record."""
+        missing = self._model.missing(wanted.NodeId)
+        given = wanted.Value.Value
+        if missing is None or given is None or not is_plain(given) or not origin.authenticated:
+            return plain.status(ua.StatusCodes.BadNodeIdUnknown)
+        tag = tag_of(*missing)
+        asked = self._bridge.write(tag, value_of(given), origin, _ttl(patience))
+        return outcome_status(await self._outcome(asked, patience, tag))
+
     async def call(
         self, wanted: ua.CallMethodRequest, origin: Origin, patience: float | None
     ) -> ua.CallMethodResult:
         """Carry out a command. Good means that its proof was seen; verdict and reason are outputs."""
         method = self._model.methods.get(wanted.MethodId)
-        if method is None or wanted.ObjectId not in method.objects:
-            return _call_refused(ua.StatusCodes.BadMethodInvalid)
         given = list(wanted.InputArguments or [])
+        if method is None:
+            return await self._call_missing(wanted.MethodId, given, origin, patience)
+        if wanted.ObjectId not in method.objects:
+            return _call_refused(ua.StatusCodes.BadMethodInvalid)
         objection = _call_objection(method, given)
+        own = objection is not None and not _is_for_core(method, given)
         if not origin.authenticated:
-            objection = _call_refused(ua.StatusCodes.BadUserAccessDenied)
-        if objection is not None:
+            objection, own = _call_refused(ua.StatusCodes.BadUserAccessDenied), True
+        if objection is not None and own:
             self._turn_away(method.what, [value.Value for value in given], origin, objection.StatusCode.value)
             return objection
         values = [value_of(value) for value in given]
         asked = method.ask(self._bridge, values, origin, _ttl(patience))
         outcome = await self._outcome(asked, patience, method.what)
-        return _locked(outcome, len(given)) if method.is_lock else _call_done(outcome, len(given))
+        if method.is_lock:
+            return _locked(outcome, len(given))
+        result = _call_done(outcome, len(given))
+        if objection is not None and outcome.cause in (Cause.WRONG_ARGUMENTS, Cause.WRONG_TYPE):
+            result.StatusCode = objection.StatusCode
+            result.InputArgumentResults = objection.InputArgumentResults
+        return result
+
+    async def _call_missing(
+        self, method: ua.NodeId, given: list[ua.Variant], origin: Origin, patience: float | None
+    ) -> ua.CallMethodResult:
+        """A call of a method that is not there, as `write_missing`."""
+        missing = self._model.missing(method)
+        if missing is None or not all(is_plain(value) for value in given) or not origin.authenticated:
+            return _call_refused(ua.StatusCodes.BadMethodInvalid)
+        arguments = named([value_of(value) for value in given])
+        asked = self._bridge.command(*missing, arguments, origin, _ttl(patience))
+        return _call_done(await self._outcome(asked, patience, tag_of(*missing)), len(given))
 
     def _turn_away(self, what: str, wanted: Any, origin: Origin, code: int) -> None:
         """Have the core put on record what does not get as far as it."""
         cause = _CAUSES.get(code, Cause.WRONG_ARGUMENTS)
         shown = wanted.Value if isinstance(wanted, ua.Variant) else wanted
         plain_value = shown if isinstance(shown, bool | int | float | None) else str(shown)[:SHOWN]
-        outcome = Outcome(verdict=Verdict.REFUSED, cause=cause, reason=plain.status(code).name)
+        reason = _REASONS.get(code) or plain.status(code).name
+        outcome = Outcome(verdict=Verdict.REFUSED, cause=cause, reason=reason)
         self._bridge.turned_away(what, plain_value, origin, outcome)
 
     async def _outcome(self, asked: Awaitable[Outcome], patience: float | None, what: str) -> Outcome:
@@ -111,18 +156,27 @@ def _result(task: asyncio.Future[Outcome]) -> Outcome:
 
 
 def _ttl(patience: float | None) -> float:
-    """Nothing is sent after its asker stopped waiting."""
-    return DEFAULT_TTL if patience is None else min(DEFAULT_TTL, patience)
+    """Nothing is sent after its asker stopped waiting; he hears of it before."""
+    return DEFAULT_TTL if patience is None else min(DEFAULT_TTL, TTL_SHARE * patience)
 
 
-def _write_objection(wanted: ua.WriteValue, node: TagNode | None) -> int | None:
+def _is_for_core(method: MethodNode, given: list[ua.Variant]) -> bool:
+    """True for wrong arguments of a command that the core refuses for certain."""
+    kinds = itertools.chain(method.takes, itertools.repeat(ua.VariantType.Variant))
+    return method.is_command and all(
+        is_plain(value) and (is_taken(value, kind) or is_mistaken(value, kind))
+        for value, kind in zip(given, kinds, strict=False)
+    )
+
+
+def _write_objection(wanted: ua.WriteValue, node: TagNode) -> int | None:
     """Why the write makes no sense in OPC UA's own terms; None when it does."""
-    if node is None or node.text or wanted.AttributeId != ua.AttributeIds.Value:
+    if node.text or wanted.AttributeId != ua.AttributeIds.Value:
         return ua.StatusCodes.BadNotWritable
     value = wanted.Value
     if wanted.IndexRange or _is_doubtful(value):
         return ua.StatusCodes.BadWriteNotSupported
-    if not is_taken(value.Value, node.kind):
+    if not is_taken(value.Value, node.kind) and not is_mistaken(value.Value, node.kind):
         return ua.StatusCodes.BadTypeMismatch
     return None
 

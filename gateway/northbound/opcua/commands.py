@@ -35,6 +35,7 @@ def add_command(
         (parent, drive_node(drive)),
         tuple(variant_type(arg) for arg in command.args),
         _ask_for(drive.name, command),
+        is_command=True,
     )
     return node
 
@@ -43,9 +44,15 @@ def _ask_for(drive: str, command: CommandInfo) -> AskCore:
     names = [arg.name for arg in command.args]
 
     def ask(bridge: Bridge, values: Sequence[Value], origin: Origin, ttl: float) -> Awaitable[Outcome]:
-        return bridge.command(drive, command.name, dict(zip(names, values, strict=True)), origin, ttl)
+        return bridge.command(drive, command.name, named(values, names), origin, ttl)
 
     return ask
+
+
+def named(values: Sequence[Value], names: Sequence[str] = ()) -> dict[str, Value]:
+    """Values by the names of their arguments; what is too much has its number as name."""
+    more = (f"argument {number}" for number in range(len(names) + 1, len(values) + 1))
+    return dict(zip([*names, *more], values, strict=False))
 
 
 def input_argument(arg: ArgumentInfo) -> ua.Argument:

@@ -32,6 +32,16 @@ _TAKEN: dict[ua.VariantType, frozenset[ua.VariantType]] = {
     ua.VariantType.Variant: _INTEGERS
     | {ua.VariantType.Boolean, ua.VariantType.Double, ua.VariantType.Float, ua.VariantType.String},
 }
+_TEXT_OR_BIT = frozenset({ua.VariantType.Boolean, ua.VariantType.String})
+_NUMBERS = _INTEGERS | {ua.VariantType.Double, ua.VariantType.Float}
+_MISTAKEN: dict[ua.VariantType, frozenset[ua.VariantType]] = {
+    ua.VariantType.Int32: frozenset({ua.VariantType.Boolean}),
+    ua.VariantType.Int64: frozenset({ua.VariantType.Boolean}),
+    ua.VariantType.Double: _TEXT_OR_BIT,
+    ua.VariantType.Boolean: _NUMBERS | {ua.VariantType.String},
+}
+MOST_TEXT = 200
+"""Characters of a value that are passed on at most although it cannot be taken."""
 _FLOAT_DIGITS = range(6, 9)
 """Decimal digits that every Float keeps, up to those that are one short of telling any two apart."""
 
@@ -47,6 +57,17 @@ def is_taken(variant: ua.Variant | None, kind: ua.VariantType) -> bool:
         and variant.Value is not None
         and not isinstance(variant.Value, list)
     )
+
+
+def is_plain(variant: ua.Variant) -> bool:
+    """True when the variant holds one value that could be a point's, of whatever type, and is not long."""
+    return is_taken(variant, ua.VariantType.Variant) and len(str(variant.Value)) <= MOST_TEXT
+
+
+def is_mistaken(variant: ua.Variant | None, kind: ua.VariantType) -> bool:
+    """True when the variant holds one plain value that no point of type ``kind`` takes, in no protocol: the
+    core refuses it, in the same words for everybody. What else is not taken is a matter of OPC UA."""
+    return variant is not None and variant.VariantType in _MISTAKEN.get(kind, ()) and is_plain(variant)
 
 
 def value_of(variant: ua.Variant) -> Value:

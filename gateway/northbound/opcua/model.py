@@ -8,9 +8,12 @@ from dataclasses import dataclass, field
 from asyncua import ua
 
 from gateway.bridge.api import ArgumentInfo, Bridge, PointInfo
-from gateway.tag import Origin, Outcome, Role, Value, ValueType
+from gateway.northbound.opcua.names import INSTANCE
+from gateway.tag import Origin, Outcome, Role, Value, ValueType, split_tag
 
 _INT32 = range(-(2**31), 2**31)
+MOST_NAME = 128
+"""Characters of a name that is asked for although there is nothing of that name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +33,8 @@ AskCore = Callable[[Bridge, Sequence[Value], Origin, float], Awaitable[Outcome]]
 @dataclass(frozen=True, slots=True)
 class MethodNode:
     """A method. ``role`` is the least one that may call it, ``objects`` are what it may be called on,
-    ``takes`` the types of its arguments (Variant: any). ``is_lock``: it answers a number, as locks do."""
+    ``takes`` the types of its arguments (Variant: any). ``is_lock``: it answers a number, as locks do.
+    ``is_command``: the core can be asked with wrong arguments too, and says what is wrong."""
 
     what: str
     role: Role
@@ -38,6 +42,7 @@ class MethodNode:
     takes: tuple[ua.VariantType, ...]
     ask: AskCore
     is_lock: bool = False
+    is_command: bool = False
 
 
 @dataclass(slots=True)
@@ -48,6 +53,17 @@ class Model:
     nodes: dict[str, list[ua.NodeId]] = field(default_factory=dict)
     """By tag, the nodes that show it."""
     methods: dict[ua.NodeId, MethodNode] = field(default_factory=dict)
+
+    members: dict[str, frozenset[str]] = field(default_factory=dict)
+    """By drive, and by line that can be commanded, the names of its points and commands."""
+
+    def missing(self, node: ua.NodeId) -> tuple[str, str] | None:
+        """The drive, and the name of what it has not, if a node would be that of a point or command."""
+        if node.NamespaceIndex != INSTANCE or not isinstance(node.Identifier, str):
+            return None
+        drive, name = split_tag(node.Identifier)
+        missing = name not in self.members.get(drive, (name,)) and 0 < len(name) <= MOST_NAME
+        return (drive, name) if missing else None
 
     def add(self, node: ua.NodeId, shown: TagNode) -> None:
         """The node shows a tag."""

@@ -98,9 +98,9 @@ class Session(InternalSession):
         return await asyncio.gather(*(self._write(item, origin, patience) for item in params.NodesToWrite))
 
     async def _write(self, item: ua.WriteValue, origin: Origin, patience: float | None) -> ua.StatusCode:
-        if item.NodeId not in self.aspace:
-            return plain.status(ua.StatusCodes.BadNodeIdUnknown)
-        status: ua.StatusCode = await self.iserver.asker.write(item, origin, patience)
+        asker = self.iserver.asker
+        write = asker.write if item.NodeId in self.aspace else asker.write_missing
+        status: ua.StatusCode = await write(item, origin, patience)
         return status
 
     async def call(self, params: list[ua.CallMethodRequest]) -> list[ua.CallMethodResult]:

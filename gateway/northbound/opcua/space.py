@@ -34,13 +34,21 @@ _OBJECTS = node_id(ua.ObjectIds.ObjectsFolder)
 
 def build_space(space: AddressSpace, catalogue: Catalogue) -> Model:
     """Put all drives of the catalogue into the address space; returns what stands behind the nodes."""
-    nodes, model = NodeBuilder(space), Model()
+    nodes, model = NodeBuilder(space), Model(members=_members(catalogue))
     _add_types(nodes)
     _add_gateway(nodes, model, catalogue)
     nodes.object(DEVICE_SET, structural("DeviceSet"), _OBJECTS, description="The drives of this gateway.")
     for drive in catalogue.drives:
         _add_drive(nodes, model, drive, writes=catalogue.writes_enabled)
     return model
+
+
+def _members(catalogue: Catalogue) -> dict[str, frozenset[str]]:
+    owners = (*catalogue.drives, *(line for line in catalogue.lines if line.commands))
+    return {
+        owner.name: frozenset([p.name for p in owner.points] + [c.name for c in owner.commands])
+        for owner in owners
+    }
 
 
 def _add_types(nodes: NodeBuilder) -> None:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import pytest
+
+import tests.core.world as world_
 from gateway.tag import Cause, Verdict
 from tests.core.world import World
 
@@ -53,3 +56,25 @@ def test_r1_a_run_knows_whether_the_one_before_it_ended_in_good_order() -> None:
         ("boot", 1, True),
         ("boot", 2, False),
     ]
+
+
+@pytest.mark.parametrize(("turnaround", "away"), [(0.02, 1.0), (0.1, 0.1), (0.2, 0.2), (0.3, 0.3)])
+def test_h11_what_is_on_the_wire_when_the_gateway_is_killed_costs_the_drive_no_patience(
+    turnaround: float, away: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The first request after the restart may meet the answer to the last one before it, and is lost then.
+    The next one comes before the drive, which heard nothing for a second before that, stops by itself."""
+    monkeypatch.setattr(world_, "RESTART_SECONDS", away)
+    world = World(turnaround=turnaround)
+    world.watch({"fan-1.output_frequency": 1.0})
+    world.run(1.0)
+    assert world.command("run_forward", frequency=20.0).verdict is Verdict.CONFIRMED
+    world.run(5.0)
+    before = len(world.wire)
+    world.until(lambda: len(world.wire) > before, 5.0)
+    world.restart()
+    world.watch({"fan-1.output_frequency": 1.0})
+    world.run(10.0)
+    assert world.drives["fan-1"].state.running
+    assert not world.drives["fan-1"].state.communication_lost
+    assert world.states() == [("fan-1", True)]

@@ -7,6 +7,7 @@ carries out its actions, a simulation can do the same under a virtual clock.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection, Mapping
 
 from gateway.bridge.api import Happened
@@ -72,6 +73,9 @@ from gateway.line import interface as line_does
 from gateway.mapping.site import Site
 from gateway.tag import GATEWAY, Instant, Sample
 
+RELEASE_SECONDS = 0.6
+"""So long after it was told to stop the core goes on to take a pulse back, before it is killed."""
+
 
 class Core:
     """The whole gateway but its shells.
@@ -80,6 +84,10 @@ class Core:
         site: the configuration in force.
         version: of the program, for the catalogue.
     """
+
+    ended = False
+    """It was told to stop (`Stopping`) and has: the ports may be closed."""
+    _ends_at = math.inf
 
     def __init__(self, site: Site, version: str) -> None:
         self.site = site
@@ -133,8 +141,19 @@ class Core:
         self._oversight.moment(now)
         self._handle(event)
         self._aftermath.settle(self._now)
+        self._end_if_due()
         actions, self._actions = self._actions, []
         return actions
+
+    def _end_if_due(self) -> None:
+        """End, once a pulse that is under way is taken back, or cannot be in time."""
+        if self.ended or self._ends_at == math.inf or (self._writes.owes and self._now.mono < self._ends_at):
+            return
+        self.ended = True
+        self._writes.stop(self._now, owing=True)
+        self.lines.stop(self._now.mono)
+        self._aftermath.settle(self._now)
+        self.trail.end()
 
     def transmitting(self, line: str, at: float) -> None:
         """The bytes of the last `Transmit` of a line go out at this instant, a little after the step that
@@ -155,6 +174,7 @@ class Core:
             self._doctors.wake(),
             self._oversight.wake(),
             self.trail.wake(),
+            self._ends_at if self._ends_at < math.inf and not self.ended else None,
         ]
         return min((time for time in times if time is not None), default=None)
 
@@ -185,8 +205,7 @@ class Core:
                 self._start(event)
             case Stopping():
                 self._writes.stop(self._now)
-                self.lines.stop(self._now.mono)
-                self.trail.end()
+                self._ends_at = min(self._ends_at, self._now.mono + RELEASE_SECONDS)
 
     def _tick(self) -> None:
         """Lines first: what else is due has a tick of its own, at once, when none of them is."""

@@ -94,7 +94,8 @@ class Started:
 
 @dataclass(frozen=True, slots=True)
 class Stopping:
-    """End: nothing more is sent, everybody who waits is told."""
+    """End: nothing new is begun, everybody who waits is told. A pulse that is under way is taken back first;
+    `gateway.core.core.Core.ended` tells when that is done."""
 
 
 Event = PortOpened | PortLost | Received | Ticked | Joined | Left | Asked | Recorded | Started | Stopping

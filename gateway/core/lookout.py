@@ -17,7 +17,7 @@ from gateway.core.conditions import holds, shown_as
 from gateway.core.drive import Drive, is_polled
 from gateway.core.polling import Polling
 from gateway.mapping.profile import Condition, Kind, Term
-from gateway.tag import Instant, Quality, Sample, Value, split_tag
+from gateway.tag import Instant, Quality, Sample, Value, own_name, split_tag
 
 RUNNING, FAULT = "running", "fault"
 """The names by which all profiles tell whether the motor is driven and whether the drive has tripped."""
@@ -141,9 +141,11 @@ class Lookout:
                 self._look_at(watched)
 
     def objection(self, drive: Drive) -> str:
-        """Why nothing but a stop may go to a drive (H12); empty: it may."""
-        alarm = self._alarms.get(drive.name, FOREIGN)
-        if alarm is None or alarm.acknowledged:
+        """Why nothing but a stop may go to a drive (H12); empty: it may. Another master was seen to command
+        it, or is heard on its line."""
+        alarms = (self._alarms.get(subject, FOREIGN) for subject in (drive.name, own_name(drive.line)))
+        alarm = next((alarm for alarm in alarms if alarm and not alarm.acknowledged), None)
+        if alarm is None:
             return ""
         return f"{alarm.text}; nothing but a stop is written until the alarm {alarm.key} is acknowledged"
 

@@ -150,9 +150,12 @@ class IsOutrun:
 
 @dataclass(frozen=True, slots=True)
 class Owing:
-    """While on, the frames end what was begun (a pulse): no rule about the client holds them back."""
+    """While on, the frames end what was begun (a pulse): no rule about the client holds them back, and the
+    gateway does not end before they are sent. ``once_sent``: from the moment at which the next frame leaves.
+    """
 
     on: bool
+    once_sent: bool = False
 
 
 @dataclass(frozen=True, slots=True)

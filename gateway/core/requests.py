@@ -193,11 +193,16 @@ class Writes:
         for session, request in waiters:
             self._clients.tell(session, Done(request, outcome))
 
-    def stop(self, now: Instant) -> None:
-        """Take nothing more and end what is under way."""
+    @property
+    def owes(self) -> bool:
+        """True while something that was begun has to be ended (a pulse)."""
+        return self._runner.owes
+
+    def stop(self, now: Instant, owing: bool = False) -> None:
+        """Take nothing more and end what is under way, unless ``owing`` but for what `owes`."""
         self._now = now
         self._stopping = True
-        self._runner.end_all(Cause.SHUTTING_DOWN, "the gateway is stopping", now.mono)
+        self._runner.end_all(Cause.SHUTTING_DOWN, "the gateway is stopping", now.mono, owing)
 
     # -- what the core passes on
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import partial
 from typing import Any, Protocol
 
@@ -35,9 +34,9 @@ from gateway.core.procedure import (
     StopEach,
     Withdrawn,
 )
+from gateway.core.running import Running, faulty, name_of, names_of, tags_of
 from gateway.core.store import Store
 from gateway.line.interface import Job, Result, Write
-from gateway.mapping.profile import Condition
 from gateway.tag import Cause, Outcome, Verdict
 
 PROOF_PERIOD = 0.1
@@ -84,35 +83,6 @@ class Services(Protocol):
         """Note the outcome of an ask whose asker has been told another one."""
 
 
-@dataclass(slots=True)
-class Running:
-    """A procedure under way and what it waits for."""
-
-    ask: Ask
-    procedure: Procedure
-    effect: Effect | None = None
-    job: int | None = None
-    note: int | None = None
-    wake: float | None = None
-    told: bool = False
-    """The asker has his outcome, but there is more to do (a stop that is not answered)."""
-    sent: float | None = None
-    """When the first frame that could change the drive left (monotonic)."""
-    frames: int = 0
-    """Frames put on record."""
-    recorded: int | None = None
-    """The frame that is on record and has not left yet."""
-    outrun: bool = False
-    """A newer ask for one of its setpoints, or for all drives of its line, came. That counts for good, also
-    when that one is done before this one goes on."""
-    ramp: str | None = None
-    """The setpoint that it is taking somewhere."""
-    owing: bool = False
-    """Its frames end what was begun."""
-    objection: Outcome | None = None
-    """Why its frames may not go any more."""
-
-
 class Runner:
     """All procedures of the core."""
 
@@ -151,6 +121,7 @@ class Runner:
         if isinstance(running.effect.request, Write):
             running.recorded = None
             running.sent = at if running.sent is None else running.sent
+            running.owing = running.owing or running.will_owe
             self._services.frame_left(running.ask, at)
 
     def job_done(self, job: int, result: Result, at: float, now: float) -> None:
@@ -214,9 +185,18 @@ class Runner:
         """When `tick` is next needed."""
         return min((r.wake for r in self._running.values() if r.wake is not None), default=None)
 
-    def end_all(self, cause: Cause, reason: str, now: float) -> None:
-        """End everything; what was sent is unknown, what was not is refused."""
+    @property
+    def owes(self) -> bool:
+        """True while something that was begun has to be ended (a pulse)."""
+        return any(running.owing for running in self._running.values())
+
+    def end_all(self, cause: Cause, reason: str, now: float, owing: bool = False) -> None:
+        """End everything; what was sent is unknown, what was not is refused. Unless ``owing``, what has to
+        end something first (`owes`) does so, without delay."""
         for running in list(self._running.values()):
+            if running.owing and not owing:
+                running.wake = now if isinstance(running.effect, Pause) else running.wake
+                continue
             verdict = Verdict.REFUSED if running.sent is None else Verdict.UNKNOWN
             self._end(running, Outcome(verdict=verdict, cause=cause, reason=reason), now)
 
@@ -233,7 +213,7 @@ class Runner:
             except Ended as ended:
                 return self._end(running, ended.outcome, now)
             except Exception as error:  # a fault of ours must leave neither the asker nor the drive waiting
-                return self._end(running, _faulty(running, error), now)
+                return self._end(running, faulty(running, error), now)
             if waits:
                 return None
 
@@ -241,7 +221,7 @@ class Runner:
         """Begin an effect: whether the procedure has to wait for it, and its answer if not."""
         match effect:
             case Lane():
-                return not self._lanes.enter(running.ask.number, _names(running)), now
+                return not self._lanes.enter(running.ask.number, names_of(running)), now
             case Exchange():
                 self._exchange(running, effect)
             case Intend():
@@ -252,7 +232,7 @@ class Runner:
             case Prove():
                 running.wake = effect.until
                 self._services.watch_for(
-                    _name(running), dict.fromkeys(_tags(running, effect.condition), PROOF_PERIOD)
+                    name_of(running), dict.fromkeys(tags_of(running, effect.condition), PROOF_PERIOD)
                 )
             case StopEach():
                 self._stop_each(running, effect)
@@ -275,8 +255,8 @@ class Runner:
             case Ramping(point, target):
                 running.ramp = point
                 self._services.ramping(running.ask, point, target)
-            case Owing(on):
-                running.owing = on
+            case Owing(on, once_sent):
+                running.owing, running.will_owe = on and not once_sent, on and once_sent
         return None
 
     def _is_last(self, running: Running) -> bool:
@@ -340,8 +320,8 @@ class Runner:
 
     def _leave_proof(self, running: Running) -> None:
         if isinstance(running.effect, Prove):
-            tags = _tags(running, running.effect.condition)
-            self._services.watch_for(_name(running), dict.fromkeys(tags))
+            tags = tags_of(running, running.effect.condition)
+            self._services.watch_for(name_of(running), dict.fromkeys(tags))
 
     def _abandon(self, by: Ask, which: Callable[[Running], bool], what: str) -> None:
         """End other procedures on the same drive, as superseded."""
@@ -374,22 +354,3 @@ class Runner:
         else:
             self._services.finish(running.ask, outcome, running.sent)
         self._leave(running, now)
-
-
-def _faulty(running: Running, error: Exception) -> Outcome:
-    """The outcome of a procedure that broke: not done, or, once something was sent, not known."""
-    verdict = Verdict.FAILED if running.sent is None else Verdict.UNKNOWN
-    reason = f"a fault in the gateway, please report it: {error!r}"
-    return Outcome(verdict=verdict, cause=Cause.INTERNAL, reason=reason)
-
-
-def _tags(running: Running, condition: Condition) -> list[str]:
-    return [drive.tag(term.name) for drive in running.ask.drives for term in condition if not term.setting]
-
-
-def _names(running: Running) -> list[str]:
-    return [drive.name for drive in running.ask.drives]
-
-
-def _name(running: Running) -> str:
-    return f"proof {running.ask.number}"

@@ -93,6 +93,8 @@ def transmit(
     request = frame_of(drive, address, words, [drive.profile.points[name] for name in raws])
     frame = Frame(request, intent(drive, store, request, raws))
     drive.expected.sending(raws)
+    if any(raw and drive.profile.points[name].pulse for name, raw in raws.items()):
+        yield Owing(True, once_sent=True)
     finished = yield from send(ask, frame, deadline, condition)
     if not isinstance(finished.result, Unsent):
         drive.written.update(dict.fromkeys(raws, finished.at))

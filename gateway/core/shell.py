@@ -16,7 +16,7 @@ import structlog
 from gateway import __version__
 from gateway.bridge.api import API_VERSION, BridgeError
 from gateway.bridge.messages import Call, Response, Welcome
-from gateway.core.core import Core
+from gateway.core.core import RELEASE_SECONDS, Core
 from gateway.core.events import (
     Action,
     Asked,
@@ -43,6 +43,9 @@ from gateway.mapping.site import LineConfig, Site
 from gateway.tag import Instant, Role
 
 log = structlog.get_logger(__name__)
+
+ENDING = 2 * RELEASE_SECONDS
+"""Seconds after which the ports are closed even if the core has not ended."""
 
 BOOT_ID = Path("/proc/sys/kernel/random/boot_id")
 
@@ -91,6 +94,7 @@ class Shell:
         self._last_session = 0
         self._timer: asyncio.TimerHandle | None = None
         self._armed_for: float | None = None
+        self._ended = asyncio.Event()
         site.data.mkdir(parents=True, exist_ok=True)
         self._journal = Journal(site.data, self._recorded)
 
@@ -113,6 +117,9 @@ class Shell:
     async def stop(self) -> None:
         """End what is under way, close the ports, write the journal out."""
         self.feed(Stopping())
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(ENDING):
+                await self._ended.wait()
         if self._timer is not None:
             self._timer.cancel()
         for task in self._opening.values():
@@ -151,6 +158,8 @@ class Shell:
         for action in self.core.step(event, at):
             if action not in sent:
                 self._carry_out(action)
+        if self.core.ended:
+            self._ended.set()
         self._arm()
 
     def _arm(self) -> None:

@@ -17,7 +17,7 @@ from gateway.mapping.site import Control, Site
 from gateway.simulator.happening import Panel, PanelSets, PowerCycle, Trip
 from gateway.tag import Cause, Outcome, Verdict
 from tests.core.world import ENGINEER, OPERATOR, World, make_site, site_of
-from tests.simulator.master import write
+from tests.simulator.master import read, write
 
 
 def with_control(site: Site, **control: Any) -> Site:
@@ -243,6 +243,25 @@ def test_h12_another_master_that_stops_the_motor_is_noticed_at_once() -> None:
     world.run(4.0)
     assert alarms(world) == ["fan-1.foreign_master"]
     assert is_refused(world.write("fan-1.frequency_command", 20.0, OPERATOR), Cause.PRECONDITION)
+
+
+def test_h12_another_master_that_only_asks_turns_writes_off_too_and_leaves_the_lease_alone() -> None:
+    """Whoever asks on a line with a master already may write next. The lease stays, so that its end is still
+    made good."""
+    world = running()
+    for _ in range(3):
+        world.simulated.intrude(read(0x0020, 2, unit=9), world.now)
+        world.run(2.0)
+    assert alarms(world) == ["_north.foreign_master"]
+    refused = world.write("fan-1.frequency_command", 20.0, OPERATOR)
+    assert is_refused(refused, Cause.PRECONDITION)
+    assert "until the alarm _north.foreign_master is acknowledged" in refused.reason
+    assert world.control().phase == "held"
+    assert world.command("stop").verdict is Verdict.CONFIRMED
+    world.run(120.0)
+    assert is_refused(world.write("fan-1.frequency_command", 20.0, OPERATOR), Cause.PRECONDITION)
+    acknowledge(world, "_north.foreign_master")
+    assert world.write("fan-1.frequency_command", 20.0, OPERATOR).verdict is Verdict.CONFIRMED
 
 
 # -- no false alarms

@@ -11,8 +11,6 @@ from gateway.line.schedule import Probe
 
 FLOOR = 0.03
 """Least seconds to wait for a reply: a USB adapter may hold bytes back for 16 ms, each way a little more."""
-AT_FIRST = 0.3
-"""Seconds that the first request after the port was opened waits at least, if a reply may take so long."""
 DOWN_AFTER = 3
 """Requests in a row without an answer after which a unit that did answer is held to be down."""
 DOWN_AT_FIRST = 2
@@ -52,13 +50,6 @@ class Turnaround:
             return self.longest
         learned = max(2 * self._mean + 4 * self._deviation, 1.5 * self._peak, FLOOR)
         return min(learned * 2.0 ** min(self._missed, 8), self.longest)
-
-    @property
-    def at_first(self) -> float:
-        """How long to wait for the first reply after the port was opened. Somebody else may have been killed
-        there a moment ago (we ourselves, before a restart): a request that meets the answer to his is lost,
-        and the drive's own watchdog has no patience left for the longest wait. The second try has it."""
-        return min(self.limit, max(AT_FIRST, self.probe_limit))
 
     @property
     def probe_limit(self) -> float:

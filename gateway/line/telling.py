@@ -26,9 +26,9 @@ REFUSED_PACE = 5.0
 Ending = Answered | Refused | Silent
 
 
-def told(done: Transaction, result: Ending, at: float, now: float) -> list[Action]:
+def told(done: Transaction, result: Ending, at: float, now: float, again: bool = False) -> list[Action]:
     """The actions that tell of a transaction's end; none for probes and questions on the side. ``at`` is
-    since when a result is known."""
+    since when a result is known. ``again``: a planned read that was not answered is due again at once."""
     question, choice = done.question, done.question.choice
     if question.aside or isinstance(choice, Probe):
         return []
@@ -38,7 +38,7 @@ def told(done: Transaction, result: Ending, at: float, now: float) -> list[Actio
         result = Answered(result.words[question.skip : question.skip + question.part[1]])
     if isinstance(choice, Waiting):
         return [JobDone(choice.job.id, result, at)]
-    return _block_told(choice, question.part, result, at, now, now - done.began)
+    return _block_told(choice, question.part, result, at, now, 0.0 if again else now - done.began)
 
 
 def failed_blocks(plan: Plan, units: Iterable[Unit], now: float) -> list[Action]:

@@ -99,7 +99,7 @@ class Units:
             return unit.patience
         if question.request.function in (pdu.WRITE_ONE, pdu.WRITE_MANY):
             return unit.turnaround.longest
-        return unit.turnaround.at_first if unit.is_new else unit.turnaround.limit
+        return unit.turnaround.limit
 
     # How to ask
 

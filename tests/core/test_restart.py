@@ -58,7 +58,9 @@ def test_r1_a_run_knows_whether_the_one_before_it_ended_in_good_order() -> None:
     ]
 
 
-@pytest.mark.parametrize(("turnaround", "away"), [(0.02, 1.0), (0.1, 0.1), (0.2, 0.2), (0.3, 0.3)])
+@pytest.mark.parametrize(
+    ("turnaround", "away"), [(0.02, 1.0), (0.1, 0.1), (0.2, 0.2), (0.3, 0.3), (0.5, 0.5)]
+)
 def test_h11_what_is_on_the_wire_when_the_gateway_is_killed_costs_the_drive_no_patience(
     turnaround: float, away: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:

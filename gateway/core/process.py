@@ -84,6 +84,7 @@ async def _serve(site: Site, ports: Mapping[str, str], control: socket.socket | 
     shell.start()
     loop.call_soon(_collect, loop)
     listening = None if control is None else asyncio.create_task(_listen(control, server, site, stop))
+    log.info("this is not a safety device: emergency stop and safe torque off stay hard-wired")
     log.info("core started", site=site.site, gateway=site.gateway, digest=site.digest[:12])
     await stop.wait()
     if listening is not None:

@@ -79,7 +79,7 @@ def port(folder: Path) -> Iterator[str]:
         process.send_signal(signal.SIGINT)
 
 
-def test_a_drive_that_contradicts_its_profile(folder: Path, port: str) -> None:
+def test_h16_a_drive_that_contradicts_its_profile(folder: Path, port: str) -> None:
     site = write_site(folder, "other", port, more="missing: 0100H")
     ran = gateway("check", site, "--live", "--json")
     assert ran.code == 1, ran

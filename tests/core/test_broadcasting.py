@@ -124,7 +124,7 @@ def test_a_reset_to_all_is_refused_while_it_would_stop_or_start_one_of_them() ->
     assert world.drives["pump-2"].state.running
 
 
-def test_the_pause_after_a_broadcast_is_kept() -> None:
+def test_h18_the_pause_after_a_broadcast_is_kept() -> None:
     world = world_of()
     world.watch({"pump-1.running": 0.05})
     command(world, "run_forward_all", frequency=50.0)
@@ -133,7 +133,7 @@ def test_the_pause_after_a_broadcast_is_kept() -> None:
     assert after - frame.end >= 0.1
 
 
-def test_the_outcome_names_the_drives_that_did_not_follow() -> None:
+def test_h18_the_outcome_names_the_drives_that_did_not_follow() -> None:
     world = world_of()
     heard = world.drives["pump-2"].handle
     world.drives["pump-2"].handle = lambda adu, now: None if adu[0] == 0 else heard(adu, now)  # type: ignore[method-assign]
@@ -247,7 +247,7 @@ def test_drives_that_start_one_after_another_do_not_start_together() -> None:
     assert is_refused(command(world, "run_forward_all", frequency=50.0), Cause.PRECONDITION, "pump-1")
 
 
-def test_it_is_off_until_the_site_says_who_may() -> None:
+def test_h18_it_is_off_until_the_site_says_who_may() -> None:
     world = world_of(role=None)
     outcome = command(world, "run_forward_all", origin=ADMIN, frequency=50.0)
     assert is_refused(outcome, Cause.UNKNOWN_COMMAND, "broadcast in the site file")
@@ -261,7 +261,7 @@ def test_e1_it_takes_the_right_that_the_site_names_and_a_stop_an_operators() -> 
     assert command(world, "stop_all", origin=OPERATOR).verdict is Verdict.CONFIRMED
 
 
-def test_drives_that_understand_something_else_by_it_are_never_sent_it() -> None:
+def test_h18_drives_that_understand_something_else_by_it_are_never_sent_it() -> None:
     mixed = site_with(2)
     teco = make_site(1, first_unit=9).lines[0].drives[0]
     [line] = mixed.lines

@@ -49,7 +49,7 @@ def test_the_age_of_what_is_read_in_time_is_nobodys_business() -> None:
         assert bench.check(second + 0.9) == []
 
 
-def test_a_read_that_does_not_come_makes_its_watched_tags_stale_and_then_bad() -> None:
+def test_h17_a_read_that_does_not_come_makes_its_watched_tags_stale_and_then_bad() -> None:
     bench = Bench()
     bench.watch("output_frequency", 0.0)
     bench.read(0.0, 0, 0, 0, 0, 5000)

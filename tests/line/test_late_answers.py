@@ -62,7 +62,7 @@ def test_no_wrong_value_from_late_answers(unit, seed: int, share: float, most: f
     assert len(bench.of(BlockRead)) > done + 100, "when the faults end, all is well again"
 
 
-def test_a_late_read_is_not_taken_for_the_next_of_the_same_length() -> None:
+def test_h4_a_late_read_is_not_taken_for_the_next_of_the_same_length() -> None:
     fake = FakeUnit(registers=dict(REGISTERS))
     bench = Bench([facts()], [fake]).start(Want(5, 0x20, 1, 1.0), Want(5, 0x31, 1, 1.0))
     bench.quiet = False
@@ -94,7 +94,7 @@ def test_the_nonce_is_fresh_each_time() -> None:
     assert len(nonces) == len(set(nonces)) > 0
 
 
-def test_a_late_write_is_not_taken_for_the_next_write() -> None:
+def test_h4_a_late_write_is_not_taken_for_the_next_write() -> None:
     fake = FakeUnit()
     bench = Bench([facts(reply_max=0.2)], [fake]).start()
     bench.quiet = False

@@ -59,7 +59,7 @@ def test_a_neighbour_joins_a_faster_block_where_that_saves_line_time() -> None:
     assert len(plan_of(Want(5, 0x24, 1, 0.5), Want(5, 0x23, 1, 30.0)).blocks) == 2
 
 
-def test_values_of_two_registers_are_never_cut() -> None:
+def test_h15_values_of_two_registers_are_never_cut() -> None:
     wants = [Want(5, a, 2, 10.0) for a in range(0, 12, 2)]
     plan = plan_of(*wants, readable=((0, 20),), read_max=5)
     for want in wants:

@@ -39,7 +39,7 @@ def test_values_and_keys_know_their_places() -> None:
     assert root.mark(("a", 0, "missing")) == (2, 5)
 
 
-def test_an_alias_bomb_does_nothing() -> None:
+def test_t5_an_alias_bomb_does_nothing() -> None:
     lines = ["a0: &a0 [x, x]"] + [f"a{n}: &a{n} [*a{n - 1}, *a{n - 1}]" for n in range(1, 40)]
     _, findings = read("\n".join(lines).encode(), "f")
     assert len(findings) == 40 + 2 * 39
@@ -71,7 +71,7 @@ def test_a_byte_order_mark_is_no_key() -> None:
     assert read(b"\xef\xbb\xbfa: 1", "f")[0].plain() == {"a": "1"}  # type: ignore[union-attr]
 
 
-def test_depth_has_a_limit_that_no_recursion_error_needs_to_enforce() -> None:
+def test_t5_depth_has_a_limit_that_no_recursion_error_needs_to_enforce() -> None:
     root, findings = read(b"[" * 100_000, "f")
     assert root is None
     assert "nested deeper" in findings[0].message

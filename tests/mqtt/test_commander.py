@@ -236,3 +236,11 @@ async def test_what_a_value_does_is_confirmed_in_the_payload(bench: Bench) -> No
     bench.send("run_source", {"id": 1, "v": 1, "epoch": EPOCH, "confirm": "the panel is obeyed"})
     await bench.answers()
     assert bench.bridge.confirmed == ["the panel is obeyed"]
+
+
+async def test_s2_a_command_is_known_to_come_from_nobody_in_particular(bench: Bench) -> None:
+    bench.send("frequency_command", {"id": 1, "v": 30.0, "epoch": EPOCH, "by": "anna"})
+    bench.send("frequency_command", {"id": 2, "v": 30.0, "epoch": "old", "by": "anna"})
+    await bench.answers()
+    origins = [bench.bridge.writes[0][2], bench.bridge.turned[0][2]]
+    assert [(origin.who, origin.authenticated) for origin in origins] == [("anna", False)] * 2

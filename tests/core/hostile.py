@@ -90,6 +90,7 @@ class Way:
         self._session = world.join("mqtt", ceiling)
         self._waiting: dict[int, asyncio.Future[Outcome]] = {}
         self._heard = self._last = 0
+        self._gone = False
 
     async def write(
         self, tag: str, value: Value, origin: Origin, ttl: float = TTL, id: str = "", confirm: str = ""
@@ -121,14 +122,18 @@ class Way:
 
     def end(self) -> None:
         """The adapter is cut off."""
+        self._gone = True
         for future in self._waiting.values():
             future.set_exception(BridgeError("gone"))
+        self._waiting.clear()
 
     def _next(self) -> int:
         self._last += 1
         return self._last
 
     async def _ask(self, request: WriteTag | RunCommand) -> Outcome:
+        if self._gone:
+            raise BridgeError("gone")
         future = self._waiting[request.id] = asyncio.get_running_loop().create_future()
         self._world.feed(Asked(self._session, request))
         self.hear()

@@ -369,7 +369,10 @@ class World:
                 pass
 
     def _record(self, record: Record) -> None:
-        """As the journal's thread does it: what is to be kept is written later if it cannot be now."""
+        """As the journal's thread does it: what is to be kept is written later if it cannot be now, and then
+        before anything newer."""
+        if self._kept and not self.journal_problem:
+            self._write_kept()
         self._later.append((self.now + self.journal_delay, Recorded(record.number, self.journal_problem)))
         if not self.journal_problem:
             self.journal.append({"at": self.now, **record.entry})

@@ -378,7 +378,8 @@ class Line:
     def _doubt(self, done: Transaction) -> None:
         """The reply may still come, unless it came damaged. Where replies are numbered, that does no harm."""
         suspicion, request = self._units[done.question.unit].suspicion, done.question.request
-        came = done.seeker.spoilt and request.shape not in suspicion.shapes(done.ends)
+        alone = done.seeker.echoed or not done.echo  # or what came may be our own echo, damaged
+        came = alone and done.seeker.spoilt and request.shape not in suspicion.shapes(done.ends)
         if not came and not self._wire.framing.numbered:
             suspicion.missed(request, done.ends)
 

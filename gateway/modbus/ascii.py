@@ -75,11 +75,12 @@ class AsciiSeeker:
         return CHARACTER_PAUSE if coming and not begun.endswith(_END) else 0.0
 
     def feed(self, data: bytes) -> Reply | None:
-        """Take more characters; the reply that the last whole line of them is, or None."""
+        """Take more characters; the reply that they end with, or None: one that more came after was told when
+        it did, and is not told again."""
         self.heard += data
-        end = self.heard.rfind(_END)
-        if end < 0:
+        if not self.heard.endswith(_END):
             return None
+        end = len(self.heard) - len(_END)
         text = self.heard[max(0, self.heard.rfind(_START, 0, end)) : end]
         self.length = len(self.heard) - end + len(text)
         if text + _END == self._sent and self.heard.count(self._sent) < self._copies:

@@ -168,3 +168,18 @@ def test_tcp_ignores_replies_with_other_numbers() -> None:
 def test_size_is_what_encode_makes(name: str, size: int) -> None:
     framing = framing_of(name)
     assert framing.size(5) == size == len(framing.encode(1, REQUESTS[0].pdu))
+
+
+def test_a_reply_is_told_once() -> None:
+    """What comes after it is looked at for itself: else one reply would count as several."""
+    request = REQUESTS[0]
+    framing, seeker, _ = start("ascii", request)
+    assert seeker.feed(framing.encode(UNIT, reply_to(request))) == meaning(request)
+    assert seeker.feed(b":06") is None
+
+
+def test_a_request_with_a_byte_lost_is_no_spoilt_reply() -> None:
+    """It has the length of a reply of one register, be it our own echo or what another master asks."""
+    _, seeker, sent = start("rtu", pdu.read_registers(0x28, 1))
+    seeker.feed(sent[:4] + sent[5:])
+    assert not seeker.spoilt

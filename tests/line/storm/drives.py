@@ -32,7 +32,7 @@ def value(unit: int, address: int, now: float) -> int:
 
 class Drive:
     """Answers like its kind. ``did`` and ``refused`` hold the numbers of the requests that it carried out,
-    and that it refused and how."""
+    and that it refused and how; ``refused_others`` what it refused to a foreign master, and when."""
 
     def __init__(
         self,
@@ -47,6 +47,7 @@ class Drive:
         self.on = True
         self.did: set[int] = set()
         self.refused: dict[int, int] = {}
+        self.refused_others: list[tuple[bytes, float, int]] = []
         self.delay: Callable[[], float] = lambda: rng.uniform(0.004, 0.012)
         self._clock, self._wire, self._framing, self._faults, self._rng = clock, wire, framing, faults, rng
         self._busy_until = 0.0
@@ -80,6 +81,8 @@ class Drive:
         function = content[1]
         if self._faults.strikes("refused"):
             self.refused[number] = code = BUSY + number % 100
+            if not number:
+                self.refused_others.append((content, self._clock.now, code))
             return bytes((self.unit, function | 0x80, code))
         self.did.add(number)
         if function in (WRITE_ONE, LOOP_BACK):

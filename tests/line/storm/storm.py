@@ -285,7 +285,10 @@ class Storm:
                 return
 
     def _check_refusal(self, unit: int, code: int, sent: Sent) -> None:
-        if self.drives[unit].refused.get(sent.number) != code:
+        """A foreign master who asks the very same meanwhile is told what we would be."""
+        drive, asked = self.drives[unit], self._framing.unpack(sent.data)
+        same = [c for content, at, c in drive.refused_others if content == asked and at >= sent.at]
+        if code not in (drive.refused.get(sent.number), *same):
             self._complain("refusal", f"{unit} {code:02X}", sent)
 
     def _check_job(self, request: Read | Write, number: int, result: object, at: float) -> None:

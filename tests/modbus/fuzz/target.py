@@ -46,8 +46,6 @@ def _must_be_one(name: FramingName, case: Case, reply: Reply, data: bytes) -> No
             if number == case.sent[:2]
         ), "no frame that says so"
         return
-    if name == "ascii":
-        data = data[: data.index(b"\r\n") + 2]
     frame = CHECKS[name](data)
     assert frame is not None, "no frame"
     assert frame.unit == UNIT, "another unit's"

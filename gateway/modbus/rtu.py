@@ -74,7 +74,7 @@ class RtuSeeker:
 
     @property
     def spoilt(self) -> bool:
-        """True when what came is the reply, but for a few bits of it. One byte less or more, or another head, and
+        """True when what came is the reply, but for a few bits. One byte less or more, or another head, and
         it could be somebody's request."""
         head, length = self._forms[0]
         own = len(self._sent) if self.echoed else 0

@@ -32,7 +32,7 @@ def test_nothing_that_is_told_is_wrong(first: int) -> None:
 @pytest.mark.parametrize(
     "seed",
     [
-        20261127000023,  # one reply counted as several; the beginning of a rival's request fell under the table
+        20261127000023,  # one reply counted as several, and a rival's request was not seen
         20261127000038,  # our own echo without one of its bytes was taken for a damaged reply
         20261127000049,  # the same with one doubled
     ],

@@ -13,25 +13,20 @@ from fractions import Fraction
 from typing import Any
 
 from gateway.core.conditions import holds, proved, shown_as
-from gateway.core.drive import Drive
+from gateway.core.drive import Commanded, Drive
 from gateway.core.establishing import establish, step_values
 from gateway.core.fit import fit
 from gateway.core.guard import Ended, check_range, refuse
-from gateway.core.procedure import Ask, Effect, Lane, Leave, Procedure, Prove, StopEach, read
-from gateway.core.saying import explain
+from gateway.core.motion import ALL, STOP, commanded, constants, lacking
+from gateway.core.procedure import Ask, Effect, Lane, Leave, Procedure, Prove, StopEach
 from gateway.core.sending import STEP_SECONDS, Sent, end_pulse, transmit
 from gateway.core.store import Store
-from gateway.line.interface import Answered, Priority, Read
 from gateway.mapping.broadcastcheck import PERCENT, same_layout
-from gateway.mapping.profile import Argument, Command, Constant, Point, Step
+from gateway.mapping.profile import Argument, Command, Point, Step
 from gateway.mapping.site import DriveConfig, LineConfig, Site
-from gateway.modbus.encoding import encode, extract
 from gateway.tag import Cause, Outcome, Quality, Role, Verdict, own_name
 
-ALL = "_all"
-"""What the names of commands to all end with; the command of a single drive has the rest of the name."""
-
-STOP, RUN = "stop", "run_"
+RUN = "run_"
 EVERYBODY = 0
 """The unit address that means all."""
 
@@ -93,7 +88,7 @@ def command_all(ask: Ask, store: Store, command: Command, args: Mapping[str, Fra
     deadline = ask.deadline
     for step in command.steps:
         raws = yield from step_values(ask, store, step, args, now)
-        raws = raws | (yield from _motion(ask, raws))
+        raws = raws | (yield from _motion(ask, store, raws))
         sent = yield from transmit(ask, store, raws, deadline)
         _follow(ask, command)
         pulses = [p for name in raws if (p := ask.drive.profile.points[name]).pulse]
@@ -142,6 +137,9 @@ def _prove(ask: Ask, store: Store, step: Step, sent: Sent, within: float) -> Gen
         reason = "sent to all; nobody answers that, and nothing tells whether it was done"
         return Outcome(verdict=Verdict.UNKNOWN, cause=Cause.NO_ANSWER, reason=reason)
     if (yield Prove(step.until, sent.at, sent.at + within)):
+        for member in ask.members:
+            if member.commanded is not None and member.commanded.to_all:
+                member.commanded.shown = True
         return Outcome(verdict=Verdict.CONFIRMED)
     told = [text for member in ask.members if (text := _missing(member, store, step, sent.at))]
     seen = any(known for known, _ in told)
@@ -228,7 +226,7 @@ def _whole(member: Drive, target: Point) -> Fraction | None:
     return member.config.settings.get(high) if isinstance(high, str) else high
 
 
-def _motion(ask: Ask, raws: Raws) -> Generator[Effect, Any, dict[str, int]]:
+def _motion(ask: Ask, store: Store, raws: Raws) -> Generator[Effect, Any, dict[str, int]]:
     """What else the frame has to say so that no drive stops or starts by it: the run bits of a word that is
     written for the sake of another bit. All drives must have the same command, and show it.
 
@@ -236,62 +234,20 @@ def _motion(ask: Ask, raws: Raws) -> Generator[Effect, Any, dict[str, int]]:
         Ended: if they have not.
     """
     all_ = ask.drive
-    moving = _constants(all_, all_.profile.commands.get(STOP + ALL))
-    words = {all_.profile.points[name].address for name in raws}
-    lacking = [name for name in moving if all_.profile.points[name].address in words and name not in raws]
-    if not lacking:
+    fields = lacking(all_, raws)
+    if not fields:
         return {}
     names = {}
     for member in ask.members:
-        names[member.name] = yield from _commanded(ask, member)
+        names[member.name] = yield from commanded(ask, store, member)
     if len(set(names.values())) > 1:
         shown = ", ".join(f"{drive}: {name}" for drive, name in names.items())
         reason = f"the drives have different commands, and this would give all of them one ({shown})"
         raise refuse(Cause.PRECONDITION, f"{reason}; stop all of them first")
-    common = _constants(all_, all_.profile.commands.get(next(iter(names.values())) + ALL))
-    return {name: common[name] for name in lacking}
-
-
-def _commanded(ask: Ask, member: Drive) -> Generator[Effect, Any, str]:
-    """The command that a drive has: the one that it shows, which must be what it was given last.
-
-    Raises:
-        Ended: if it shows none, or another.
-    """
-    points = member.profile.points
-    stop = _constants(member, member.profile.commands.get(STOP))
-    shown: dict[str, int] = {}
-    for name in stop:
-        point = points[name]
-        finished = yield from read(
-            Read(member.unit, point.address, point.words), Priority.COMMAND, ask.deadline
-        )
-        if not isinstance(finished.result, Answered):
-            text = f"{member.name}: {name} could not be read first: {explain(member, finished)}"
-            raise refuse(Cause.PRECONDITION, text)
-        shown[name] = extract(point.encoding, finished.result.words)
-        image = member.image.get(point.address)
-        if image is not None and extract(point.encoding, (image,)) != shown[name]:
-            text = f"{member.name} does not show what it was commanded last; stop all of them first"
-            raise refuse(Cause.PRECONDITION, text)
-    for command in member.profile.commands.values():
-        if command.name == STOP or command.name.startswith(RUN):
-            constants = _constants(member, command)
-            if shown and all(constants.get(name) == raw for name, raw in shown.items()):
-                return command.name
-    raise refuse(Cause.PRECONDITION, f"{member.name} shows no command that is known; stop all of them first")
-
-
-def _constants(drive: Drive, command: Command | None) -> dict[str, int]:
-    """The raw values that a command writes to fields of control words, whoever gives it."""
-    found: dict[str, int] = {}
-    for step in command.steps if command else ():
-        for name, value in step.write.items():
-            point = drive.profile.points[name]
-            word = drive.profile.words.get(point.address)
-            if isinstance(value, Constant) and word is not None and word.image and not point.pulse:
-                found[name] = encode(point.encoding, value.value)
-    return found
+    common = constants(all_, all_.profile.commands.get(next(iter(names.values())) + ALL))
+    if set(fields) - common.keys():
+        raise refuse(Cause.PRECONDITION, "what the drives do cannot be said to all; stop all of them first")
+    return {name: common[name] for name in fields}
 
 
 # -- after it was sent
@@ -305,13 +261,13 @@ def _follow(ask: Ask, command: Command) -> None:
         if not runs and not ask.urgent:
             continue
         member.expected.runs = True if runs else None
-        for name, raw in _constants(member, _alone(member, command)).items():
-            if member.profile.points[name].address in member.image:
-                member.commanding(*member.compose({name: raw}, {}))
+        for name, raw in constants(member, _alone(member, command)).items():
+            member.commanding(*member.compose({name: raw}, {}))
+        member.commanded = Commanded(command.name.removesuffix(ALL), to_all=True)
 
 
 def _targets(all_: Drive, member: Drive, command: Command) -> set[str]:
     """The points of a drive whose value a command to all may change."""
     written = [all_.profile.points[name] for step in command.steps for name in step.write]
     sets = {point.sets for point in written if point.sets}
-    return (sets | set(_constants(member, _alone(member, command)))) & member.profile.points.keys()
+    return (sets | set(constants(member, _alone(member, command)))) & member.profile.points.keys()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from fractions import Fraction
 
 from gateway.core.expected import Expected
@@ -13,6 +14,16 @@ from gateway.modbus.encoding import insert, to_words
 from gateway.tag import Origin, tag_of
 
 FUNCTION_LOOP_BACK = 0x08
+
+
+@dataclass(slots=True)
+class Commanded:
+    """The command that moved or stopped a drive last (`gateway.core.motion`): its name, whether it went to
+    all drives of the line, past the word of this one, and whether the drive has shown it since."""
+
+    name: str
+    to_all: bool = False
+    shown: bool = False
 
 
 class Drive:
@@ -29,6 +40,8 @@ class Drive:
         self.unit = config.unit
         self.profile = config.profile
         self.image: dict[int, int] = {}
+        self.commanded: Commanded | None = None
+        """What moved or stopped it last; None where nobody here did since it was last away."""
         self.owed: set[str] = set()
         """Commands that have to follow writes that were made (`Point.then`)."""
         self.doubt = ""
@@ -161,13 +174,10 @@ class Drive:
     def forget(self) -> None:
         """Nothing is known of the drive's words any more: it may have been restarted."""
         self.image.clear()
+        self.commanded = None
         self.selection.clear()
         self.owed.clear()
         self.setpoint = None
-
-    def _shows(self, word: Word) -> bool:
-        """What was written into a word can be read from it."""
-        return any(self.profile.points[name].access.readable for name in word.fields)
 
     def _bound(self, bound: Fraction | str) -> Fraction:
         return self.config.settings[bound] if isinstance(bound, str) else bound

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Generator, Sequence
 from typing import Any
 
+from gateway.core import motion
 from gateway.core.conditions import holds, shown_as
 from gateway.core.drive import Drive
 from gateway.core.procedure import (
@@ -116,6 +117,7 @@ def prove(
     proved = yield Prove(step.until, sent.at, sent.at + step.within)
     if proved:
         ask.drive.expected.obeyed(sent.raws)
+        motion.note_shown(ask.drive, sent.raws)
         return outcome
     missing = [term for term in step.until if not _shows(ask, store, term, sent.at)]
     seen = [_seen(ask, store, term, sent.at) for term in missing]

@@ -10,6 +10,7 @@ from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from gateway.core import motion
 from gateway.core.drive import Drive
 from gateway.core.guard import Ended, check_danger, refuse
 from gateway.core.procedure import (
@@ -75,9 +76,15 @@ class Sent:
 
 
 def transmit(
-    ask: Ask, store: Store, raws: Mapping[str, int], deadline: float | None, condition: Condition = ()
+    ask: Ask,
+    store: Store,
+    raws: Mapping[str, int],
+    deadline: float | None,
+    condition: Condition = (),
+    beside: motion.Beside | None = None,
 ) -> Generator[Effect, Any, Sent]:
-    """Compose one frame, note it, send it once (a stop: until it is answered).
+    """Compose one frame, note it, send it once (a stop: until it is answered). ``beside``: what it says of
+    the motor, where that is known already.
 
     Raises:
         Ended: if it was not sent, or the drive refused it.
@@ -89,17 +96,21 @@ def transmit(
     if not ask.harmless and (worn := drive.worn(raws)):
         raise refuse(Cause.WEAR, worn)
     fresh = yield from _read_words(ask, raws, deadline)
-    address, words = drive.compose(raws, fresh)
+    if beside is None and not ask.urgent:
+        beside = yield from motion.beside(ask, store, raws, fresh)
+    rest = beside or motion.AS_IT_IS
+    address, words = drive.compose({**raws, **rest.raws}, fresh)
     request = frame_of(drive, address, words, [drive.profile.points[name] for name in raws])
     frame = Frame(request, intent(drive, store, request, raws))
     drive.expected.sending(raws)
     if any(raw and drive.profile.points[name].pulse for name, raw in raws.items()):
         yield Owing(True, once_sent=True)
-    finished = yield from send(ask, frame, deadline, condition)
+    finished = yield from send(ask, frame, deadline, (*condition, *rest.condition))
     if not isinstance(finished.result, Unsent):
         drive.written.update(dict.fromkeys(raws, finished.at))
     if isinstance(finished.result, (Refused, Unsent)):
         raise ended(drive, finished)
+    motion.note(drive, rest.raws or raws, shown=bool(rest.condition))
     return Sent(raws, address, len(words), finished.at, isinstance(finished.result, Answered))
 
 
@@ -205,16 +216,24 @@ def _read_words(
 
 
 def end_pulse(ask: Ask, store: Store, sent: Sent, pulses: Sequence[Point]) -> Generator[Effect, Any, None]:
-    """Hold the pulse for its time, then write the word without it.
+    """Hold the pulse for its time, then write the word without it. What the drive shows of its motor is
+    looked at once more; where nothing follows from that, or for all drives at once, it ends as it began.
 
     Raises:
         Ended: if the pulse could not be taken back.
     """
+    zeros = {point.name: 0 for point in pulses}
+    beside = motion.AS_IT_IS if ask.members else None
     yield Owing(True)
     yield Pause(max(point.pulse for point in pulses))
     for attempt in range(PULSE_ATTEMPTS):
         deadline = sent.at + STEP_SECONDS + attempt
-        over = yield from transmit(ask, store, {point.name: 0 for point in pulses}, deadline)
+        try:
+            over = yield from transmit(ask, store, zeros, deadline, (), beside)
+        except Ended as told:
+            if beside is not None or told.outcome.cause is not Cause.PRECONDITION:
+                raise
+            over = yield from transmit(ask, store, zeros, deadline, (), motion.AS_IT_IS)
         if over.answered:
             break
     yield Owing(False)

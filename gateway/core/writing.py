@@ -19,6 +19,7 @@ from gateway.core.establishing import (
 )
 from gateway.core.fit import fit
 from gateway.core.guard import Ended
+from gateway.core.motion import note_shown
 from gateway.core.pacing import (
     Written,
     begin_near,
@@ -212,6 +213,7 @@ def stop_step(
         if shown.verdict is Verdict.CONFIRMED:
             break
         if step.until and (yield Prove(step.until, sent.at, sent.at + STOP_AGAIN)):
+            note_shown(ask.drive, raws)
             return Outcome(verdict=Verdict.CONFIRMED), sent.at
         if not step.until:
             yield Pause(STOP_AGAIN)

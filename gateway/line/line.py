@@ -334,7 +334,6 @@ class Line:
         self._doubt(done)
         if done.question.aside:  # what was chosen is still due: let the other units go first
             unit.blocked_until = 2 * now - done.began
-        # The first request after a start may have met an older answer: the second waits for nothing.
         actions = told(done, Silent(damaged=done.heard), now, now, again=unit.is_new)
         if done.doubted or not unit.silent(done.began, now):
             return actions

@@ -68,6 +68,7 @@ class Encodings:
             values=names.values,
             patterns=names.patterns,
             special=self._special(traits.special or {}, keys.place("special")),
+            counts=traits.counts,
         )
         self._fits(encoding, keys)
         return encoding
@@ -153,6 +154,7 @@ class Encodings:
         self._fit_patterns(encoding, keys)
         self._fits_width(encoding, keys)
         span = raw_span(encoding)
+        self._fit_counts(encoding, span, keys)
         for key, table in (("values", encoding.values), ("special", encoding.special)):
             if table and span is None:
                 self._report.error(
@@ -176,6 +178,18 @@ class Encodings:
         elif encoding.type is NumberType.BCD and encoding.width % 4:
             message = f"a width of {encoding.width} bits is no number of whole digits"
             self._report.error(keys.place("type"), message, "correct `bit` or the type")
+
+    def _fit_counts(self, encoding: Encoding, span: tuple[int, int] | None, keys: Inherited) -> None:
+        """What is written at most must be something that the register can hold."""
+        if encoding.counts is None:
+            return
+        low, high = encoding.counts
+        if span is None:
+            message = f"`counts` cannot stand beside `type: {encoding.type}`"
+            self._report.error(keys.place("counts"), message, "leave one of them out", key=True)
+        elif low < span[0] or high > span[1]:
+            message = f"the counts {low} to {high} do not fit: they can be {span[0]} to {span[1]}"
+            self._report.error(keys.place("counts"), message, "correct the counts or the type")
 
     def _fit_patterns(self, encoding: Encoding, keys: Inherited) -> None:
         """A pattern speaks of the bits of one unsigned value."""

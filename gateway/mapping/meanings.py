@@ -148,6 +148,7 @@ PROFILE: Mapping[str, Mapping[str, Meaning]] = {
             "0..max_frequency",
             "what the type can hold",
         ),
+        "counts": M("raw counts that may be written at all", "0..3999", "what the type can hold"),
         "rate": M("how often it is read", "fast", "by kind"),
         "access": M("what the register allows", "write", "by kind"),
         "only_when": M("a write or command is refused otherwise", "{running: false}", "always allowed"),
@@ -182,6 +183,7 @@ PROFILE: Mapping[str, Mapping[str, Meaning]] = {
         "values": M("in place of the entry's", "{0: stop, 1: run}"),
         "special": M("in place of the entry's", "{FFFFH: invalid}"),
         "range": M("in place of the entry's", "0..60"),
+        "counts": M("in place of the entry's", "0..3999"),
     },
     "Group": {
         "help": M("one sentence for the operator", "Setpoints"),

@@ -183,6 +183,7 @@ class Understanding(Sourced):
     values: Values | None = None
     special: dict[str, Name] | None = None
     range: Span | None = None
+    counts: WholeSpan | None = None
 
 
 class Case(Understanding):

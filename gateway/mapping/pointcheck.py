@@ -18,7 +18,7 @@ _COARSEST = 50
 """A range that uses less than one in so many of the raw counts has probably lost its scale."""
 
 
-_OF_WRITING = ("range", "only_when", "wear", "danger", "then")
+_OF_WRITING = ("range", "counts", "only_when", "wear", "danger", "then")
 """Keys that mean nothing on a point that is never written."""
 
 

@@ -117,7 +117,8 @@ class Encoding:
     ``bit`` and ``width`` cut a field out of one register (``width`` 0: the whole value). ``symbol`` is
     the unit's symbol, None for a plain number; ``times`` names the setting or point that multiplies.
     ``values`` names raw values both ways (an enumeration); ``patterns`` name raw values by mask and bits,
-    for reading only; ``special`` names raw values that are not numbers.
+    for reading only; ``special`` names raw values that are not numbers. ``counts`` are the least and the
+    greatest raw value that is ever written, None where the type alone bounds it.
     """
 
     type: NumberType = NumberType.U16
@@ -133,6 +134,7 @@ class Encoding:
     values: Mapping[int, str] = field(default_factory=lambda: MappingProxyType({}))
     special: Mapping[int, str] = field(default_factory=lambda: MappingProxyType({}))
     patterns: tuple[tuple[int, int, str], ...] = ()
+    counts: tuple[int, int] | None = None
 
     @property
     def value_type(self) -> ValueType:

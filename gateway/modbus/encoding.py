@@ -74,8 +74,8 @@ def extract(encoding: Encoding, words: Sequence[int]) -> int:
 def encode(encoding: Encoding, value: Fraction, times: Fraction = Fraction(1)) -> int:
     """The raw number nearest to ``value`` (ties to even).
 
-    Raises `EncodingError` when it does not fit the type, is no raw number of a bit or enumeration, or would
-    be read as a special value.
+    Raises `EncodingError` when it does not fit the type or the counts that may be written, is no raw number
+    of a bit or enumeration, or would be read as a special value.
     """
     if encoding.type is NumberType.TEXT:
         raise EncodingError("a text cannot be written as a number")
@@ -84,6 +84,9 @@ def encode(encoding: Encoding, value: Fraction, times: Fraction = Fraction(1)) -
         raise EncodingError("the scale is zero at present, so that no raw value can be told")
     exact = (value - encoding.offset) / factor if _is_scaled(encoding) else value
     raw = _float_pattern(exact) if encoding.type is NumberType.F32 else _count(encoding, exact)
+    if encoding.counts is not None and not encoding.counts[0] <= raw <= encoding.counts[1]:
+        low, high = encoding.counts
+        raise EncodingError(f"it would be {raw} counts, and the drive takes {low} to {high}")
     pattern = _bits(encoding, raw)
     if (name := _special(encoding, pattern, raw)) is not None:
         raise EncodingError(f"raw value {raw} means {name}, not a number")

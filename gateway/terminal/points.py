@@ -64,6 +64,7 @@ def encoding_object(encoding: Encoding) -> dict[str, Any]:
             _pattern(mask, bits, encoding.width or 16): name for mask, bits, name in encoding.patterns
         },
         "special": {str(raw): name for raw, name in encoding.special.items()},
+        "counts": list(encoding.counts) if encoding.counts else None,
     }
 
 

@@ -272,6 +272,22 @@ def test_s2000_10_the_frequency_counts_in_what_000fh_and_g1_03_say(unit: str, g1
     assert writes(world)[-1] == f"01 10 00 01 00 01 02 {word}"
 
 
+@pytest.mark.parametrize(("poles", "highest", "word"), [(2, 66.65, "0F 9F"), (4, 133.3, "0F 9F")])
+def test_s2000_3_a_frequency_in_turns_is_never_above_3999(poles: int, highest: float, word: str) -> None:
+    world = s2000(e1_04=400, g1_03=poles)
+    put(world, "frequency_unit", "by_g1_03")
+    put(world, "frequency_command", highest)
+    assert writes(world)[-1] == f"01 10 00 01 00 01 02 {word}"
+    before = writes(world)
+    for above in (highest + 0.01 * poles, 400.0):
+        outcome = world.write("drive-1.frequency_command", above)
+        assert (outcome.verdict, outcome.cause) == (Verdict.REFUSED, Cause.OUT_OF_RANGE)
+        assert "the drive takes 0 to 3999" in outcome.reason
+    outcome = world.command("run_forward", drive="drive-1", frequency=400.0)
+    assert (outcome.verdict, outcome.cause) == (Verdict.REFUSED, Cause.OUT_OF_RANGE)
+    assert writes(world) == before
+
+
 def test_s2000_10_arming_a_terminal_keeps_the_unit_of_the_frequency() -> None:
     world = s2000()
     put(world, "frequency_unit", "by_g1_03")

@@ -68,6 +68,7 @@ keys = st.sampled_from(
         "values",
         "special",
         "range",
+        "counts",
         "rate",
         "access",
         "kind",

@@ -74,11 +74,11 @@ class RtuSeeker:
 
     @property
     def spoilt(self) -> bool:
-        """True when what came is the reply, but for a few bits. One byte less or more, or another head, and
-        it could be somebody's request."""
+        """True when what came is the reply, but for a few bits. With one byte more it could be somebody's
+        request, which has 8 of them; a reply has an odd number."""
         head, length = self._forms[0]
         own = len(self._sent) if self.echoed else 0
-        return self.heard.startswith(head, own) and len(self.heard) == own + length
+        return self.heard.startswith(head[:1], own) and len(self.heard) == own + length
 
     def feed(self, data: bytes) -> Reply | None:
         """Take more bytes; the reply that all of them end with, or None."""

@@ -178,8 +178,12 @@ def test_a_reply_is_told_once() -> None:
     assert seeker.feed(b":06") is None
 
 
-def test_a_request_with_a_byte_lost_is_no_spoilt_reply() -> None:
-    """It has the length of a reply of one register, be it our own echo or what another master asks."""
-    _, seeker, sent = start("rtu", pdu.read_registers(0x28, 1))
-    seeker.feed(sent[:4] + sent[5:])
+def test_what_is_as_long_as_a_request_is_no_spoilt_reply() -> None:
+    """A reply with a byte doubled could be what another master asks, with a bit wrong."""
+    framing, seeker, _ = start("rtu", pdu.read_registers(0x28, 1))
+    reply = framing.encode(UNIT, b"\x03\x02\x12\x34")
+    seeker.feed(reply[:3] + reply[3:4] + reply[3:])
     assert not seeker.spoilt
+    _, seeker, _ = start("rtu", pdu.read_registers(0x28, 1))
+    seeker.feed(reply[:3] + b"\xff" + reply[4:])
+    assert seeker.spoilt

@@ -145,9 +145,10 @@ def _words(detail: ErrorDetails) -> tuple[str, str]:
 
 def _adopt(wrong: _Wrong, data: Any, root: Node) -> bool:
     """Take an unknown key for the one that it misspells, so that what stands below is checked as well."""
+    if not wrong.unknown:
+        return False
     holder, node, key = _at(data, wrong.path[:-1]), root.at(wrong.path[:-1]), wrong.key
-    sure = wrong.foreign or closest(key, wrong.model.key_names(), _SURE)
-    meant = sure if wrong.unknown else None
+    meant = wrong.foreign or closest(key, wrong.model.key_names(), _SURE)
     if meant is None or node is None or not isinstance(node.value, dict) or meant in node.keys:
         return False
     holder[meant] = holder.pop(key)

@@ -36,7 +36,7 @@ from gateway.core.procedure import (
 )
 from gateway.core.running import Running, faulty, name_of, names_of, tags_of
 from gateway.core.store import Store
-from gateway.line.interface import Job, Result, Write
+from gateway.line.interface import Job, Refused, Result, Unsent, Write
 from gateway.tag import Cause, Outcome, Verdict
 
 PROOF_PERIOD = 0.1
@@ -130,6 +130,8 @@ class Runner:
         if running is not None and running.job == job:
             running.job = None
             self._unsent(running)
+            if isinstance(result, Refused | Unsent):
+                self._spared(running)
             self._advance(running, Finished(result, at, running.objection), now)
 
     def recorded(self, note: int, problem: str, now: float) -> None:
@@ -266,6 +268,7 @@ class Runner:
     def _intend(self, running: Running, effect: Intend, now: float) -> None:
         running.frames += 1
         running.recorded = running.frames
+        running.wears = effect.facts.get("wears", ())
         entry = {"kind": "intent", **running.ask.about, "frame": running.frames, **effect.facts}
         if running.told:
             entry["outcome"] = "told"
@@ -290,6 +293,16 @@ class Runner:
             entry = {"kind": "unsent", "ask": running.ask.number, "frame": running.recorded}
             self._services.record(entry)
             running.recorded = None
+
+    def _spared(self, running: Running) -> None:
+        """H14: put on record that the frame wore nothing, since it was not carried out."""
+        if (
+            isinstance(running.effect, Exchange)
+            and isinstance(running.effect.request, Write)
+            and running.wears
+        ):
+            facts = {"ask": running.ask.number, "frame": running.frames, "drive": running.ask.drive.name}
+            self._services.record({"kind": "spared", **facts, "wears": running.wears})
 
     def _exchange(self, running: Running, effect: Exchange) -> None:
         if isinstance(effect.request, Write) and running.recorded is None:

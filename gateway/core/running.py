@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from gateway.core.procedure import Ask, Effect, Procedure
@@ -27,6 +28,8 @@ class Running:
     """Frames put on record."""
     recorded: int | None = None
     """The frame that is on record and has not left yet."""
+    wears: Sequence[str] = ()
+    """The registers that the frame put on record last wears."""
     outrun: bool = False
     """A newer ask for one of its setpoints, or for all drives of its line, came. That counts for good, also
     when that one is done before this one goes on."""

@@ -77,7 +77,7 @@ class WearGuard:
     def _count(self, entry: Entry, now: Instant) -> None:
         """An entry goes on record: count what it wears, and tell when a memory comes to its end."""
         self._wear.fold(entry)
-        if "wears" in entry:
+        if entry["kind"] == "intent" and "wears" in entry:
             drive = self._drives[entry["drive"]]
             for point in wearing(drive, entry["new"]):
                 self._look(drive, point, now)

@@ -1,7 +1,7 @@
 """How often registers were written that wear by it, as the journal remembers it (H14). Pure.
 
-The intent of a frame names the registers that it wears (``wears``); it counts even where the frame was not
-sent in the end. A day is the last 24 hours of lived time (`gateway.core.runs`), so that no change of
+The intent of a frame names the registers that it wears (``wears``). What the drive refused, or was not sent
+in the end, wears nothing: an entry of kind ``spared`` takes it back. A day is the last 24 hours of lived time (`gateway.core.runs`), so that no change of
 the clock gives writes back or takes them away.
 """
 
@@ -26,6 +26,11 @@ class Worn(msgspec.Struct, kw_only=True):
         self.total += 1
         self.day = [*self.since(lived), lived]
 
+    def spare(self) -> None:
+        """The last write did not happen."""
+        self.total = max(0, self.total - 1)
+        del self.day[-1:]
+
     def since(self, lived: float) -> list[float]:
         """When it was written in the day that ends now."""
         return [at for at in self.day if at > lived - DAY]
@@ -42,6 +47,9 @@ class Wear(msgspec.Struct, kw_only=True):
             for register in entry.get("wears", ()):
                 worn = self.registers.setdefault(place(entry["drive"], register), Worn())
                 worn.write(entry["lived"])
+        elif entry["kind"] == "spared":
+            for register in entry["wears"]:
+                self.of(entry["drive"], register).spare()
 
     def of(self, drive: str, register: str) -> Worn:
         """How often a register was written."""

@@ -62,7 +62,7 @@ class DatumMaker:
             by_command_only=kind is Kind.COMMAND and access.writable,
             shift=traits.shift,
             then=traits.then if access.writable else None,
-            wear=cast("int | Literal['unknown'] | None", traits.wear),
+            wear=None if traits.wear == "none" else cast("int | Literal['unknown'] | None", traits.wear),
             pace=Pace(traits.step, traits.slew, traits.interval or 0.0) if access.writable else FREELY,
             danger=self._danger(traits.danger or {}, encoding, keys.place("danger")),
             help=entry.help,

@@ -152,7 +152,7 @@ PROFILE: Mapping[str, Mapping[str, Meaning]] = {
         "rate": M("how often it is read", "fast", "by kind"),
         "access": M("what the register allows", "write", "by kind"),
         "only_when": M("a write or command is refused otherwise", "{running: false}", "always allowed"),
-        "wear": M("how many writes it lasts, or `unknown`", "100000", "none"),
+        "wear": M("how many writes it lasts, `unknown`, or `none` where it is not kept", "100000", "`none`"),
         "danger": M("raw value or range to what it does; never without confirmation", "{1110B: initialises}"),
         "step": M("the most that one write may change it, in the unit", "10", "any"),
         "slew": M(

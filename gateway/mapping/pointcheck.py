@@ -54,9 +54,11 @@ def _check_writing(point: Point, keys: Inherited, report: Report) -> None:
         report.error(keys.place("values"), message, "name each raw value by itself")
     if point.kind is Kind.SETPOINT and point.limits is None and not point.encoding.values:
         report.warn(keys.path, f"the setpoint `{point.name}` has no `range`", "add one", key=True)
-    if point.kind is Kind.PARAMETER and point.wear is None:
+    if point.kind is Kind.PARAMETER and keys.traits.wear is None:
         message = f"the parameter `{point.name}` does not tell its `wear`"
-        report.warn(keys.path, message, "add the number of writes that it lasts, or unknown", key=True)
+        report.warn(
+            keys.path, message, "add the number of writes that it lasts, or unknown, or none", key=True
+        )
 
 
 def _check_size(point: Point, keys: Inherited, profile: Profile, report: Report) -> None:

@@ -57,7 +57,7 @@ _WORDS: tuple[tuple[Any, str], ...] = (
     (scalars.Bits, "bit position"),
     (scalars.Address, "address"),
     (scalars.Format, "format"),
-    (scalars.Wear, "count or `unknown`"),
+    (scalars.Wear, "count, `unknown` or `none`"),
     (scalars.Later, "not supported"),
     (scalars.Misplaced, "not here"),
     (simulate.Texts, "text or list of text"),

@@ -62,7 +62,7 @@ def _unsigned(text: str) -> int:
 
 
 def _wear(text: str) -> int | str:
-    return text if text == "unknown" else _count(text)
+    return text if text in ("unknown", "none") else _count(text)
 
 
 Text = Annotated[str, text_form(_plain), WithJsonSchema(ANY_SCHEMA)]

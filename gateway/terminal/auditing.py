@@ -195,6 +195,7 @@ _WORDS: Mapping[str, Callable[[Entry], str]] = {
     "maintenance": _maintenance,
     "maintenance_asked": _asked_for,
     "unsent": lambda entry: f"#{entry['ask']}: frame {entry['frame']} was not sent after all",
+    "spared": lambda entry: f"#{entry['ask']}: frame {entry['frame']} wore nothing",
     "boot": _boot,
     "end": lambda entry: "the gateway ends",
     "alarm": _alarm,

@@ -50,6 +50,10 @@ ALARM = {"key": "fan-1.restarted", "subject": "fan-1", "name": "restarted", "tex
             "(7 more before it)",
         ),
         ({"kind": "unsent", "ask": 7, "frame": 2}, "#7: frame 2 was not sent after all"),
+        (
+            {"kind": "spared", "ask": 7, "frame": 2, "drive": "fan-1", "wears": ["0103H"]},
+            "#7: frame 2 wore nothing",
+        ),
         ({"kind": "clock", "jump": -90.0, "before": 1}, "the clock was set back by 90 s"),
         ({"kind": "lost", "entries": 12}, "12 entries were lost while the disk failed"),
         ({"kind": "something new", "drive": "fan-1", "a": 1}, "something new drive=fan-1 a=1"),

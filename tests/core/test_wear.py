@@ -15,6 +15,7 @@ from gateway.mapping.profile import Command, Constant, Step
 from gateway.mapping.site import Site
 from gateway.tag import Cause, Instant, Origin, Outcome, Role, Verdict
 from tests.core.world import World, site_of
+from tests.simulator.master import framed
 
 HOUR = 3600.0
 ADMIN = Origin(through="test", who="ada", role=Role.ADMIN)
@@ -84,6 +85,40 @@ def test_h14_a_day_later_it_may_be_written_again(teco: World) -> None:
         teco.run(5.0)
     assert write(teco, 0).verdict is Verdict.CONFIRMED, "the first one was a day ago"
     assert write(teco, 1).cause is Cause.WEAR, "the second one was not"
+
+
+@pytest.mark.parametrize("code", [0x22, 0x77])
+def test_h14_what_the_drive_refuses_wears_nothing_after_a_restart_either(teco: World, code: int) -> None:
+    drive = teco.drives["drive-1"]
+    takes = drive.handle
+    drive.handle = lambda adu, now: framed(1, 0x90, code) if adu[1] == 0x10 else takes(adu, now)  # type: ignore[method-assign]
+    for _ in range(7):
+        assert write(teco, 1).cause is Cause.DRIVE_REFUSED
+    assert tag(teco, "_writes_today") == 0
+    drive.handle = takes  # type: ignore[method-assign]
+    assert write(teco, 1).verdict is Verdict.CONFIRMED
+    assert tag(teco, "_writes_today") == 1
+    teco.restart()
+    teco.run(1.0)
+    assert tag(teco, "_writes_today") == 1
+
+
+def test_h14_a_drive_that_says_wait_is_asked_again_at_no_cost() -> None:
+    world = World(with_budget(site_of("s2000", e1_04=Fraction(60)), 2))
+    world.run(1.0)
+    drive = world.drives["drive-1"]
+    takes = drive.handle
+    drive.handle = lambda adu, now: framed(1, 0x90, 0x24) if adu[1] == 0x10 else takes(adu, now)  # type: ignore[method-assign]
+    outcome = world.command("store_parameters", drive="drive-1", origin=ADMIN)
+    assert outcome.verdict is not Verdict.CONFIRMED
+    assert len(world.sent()) > 5
+    assert tag(world, "_writes_today_enter_eeprom") == 0
+    assert tag(world, "_writes_left_enter_eeprom") == 100_000
+
+
+def test_h14_nothing_of_the_s2000_wears_but_its_eeprom() -> None:
+    profile = site_of("s2000", e1_04=Fraction(60)).lines[0].drives[0].profile
+    assert [name for name, point in profile.points.items() if point.wear is not None] == ["enter_eeprom"]
 
 
 @pytest.mark.parametrize("days", [-400, -1, 1, 400])

@@ -1,8 +1,8 @@
 """How often registers were written that wear by it, as the journal remembers it (H14). Pure.
 
 The intent of a frame names the registers that it wears (``wears``). What the drive refused, or was not sent
-in the end, wears nothing: an entry of kind ``spared`` takes it back. A day is the last 24 hours of lived time (`gateway.core.runs`), so that no change of
-the clock gives writes back or takes them away.
+in the end, wears nothing: an entry of kind ``spared`` takes it back. A day is the last 24 hours of lived time
+(`gateway.core.runs`), so that no change of the clock gives writes back or takes them away.
 """
 
 from __future__ import annotations

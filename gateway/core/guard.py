@@ -106,7 +106,10 @@ def check_command(drive: Drive, name: str) -> Command:
     """
     command = drive.profile.commands.get(name)
     if command is None:
-        why = _because(drive, name) or f" (it has {', '.join(drive.profile.commands) or 'none'})"
+        commands = drive.profile.commands
+        why = (
+            _because(drive, name) or _nearest(name, commands) or f" (it has {', '.join(commands) or 'none'})"
+        )
         raise refuse(Cause.UNKNOWN_COMMAND, f"{drive.name} has no command {name}{why}")
     return command
 

@@ -28,7 +28,9 @@ Ending = Answered | Refused | Silent
 
 def told(done: Transaction, result: Ending, at: float, now: float, again: bool = False) -> list[Action]:
     """The actions that tell of a transaction's end; none for probes and questions on the side. ``at`` is
-    since when a result is known. ``again``: a planned read that was not answered is due again at once."""
+    since when a result is known. ``again``: a planned read that was not answered is due again at once.
+    That is for the first one after a start: it may have met the answer to one of before, and is lost then,
+    while the drive's own watchdog runs."""
     question, choice = done.question, done.question.choice
     if question.aside or isinstance(choice, Probe):
         return []

@@ -7,7 +7,15 @@ from collections.abc import Iterator, Sequence
 
 from gateway.line.interface import Priority, Read, UnitFacts, Want
 from gateway.line.reachability import Probing, Unit
-from gateway.line.requests import BROADCAST, broadcast_facts, longer, request_of, shape_of, understood
+from gateway.line.requests import (
+    BROADCAST,
+    broadcast_facts,
+    longer,
+    may_read,
+    request_of,
+    shape_of,
+    understood,
+)
 from gateway.line.schedule import Choice, Due, Probe, Waiting
 from gateway.line.transaction import Question
 from gateway.modbus import pdu
@@ -132,14 +140,18 @@ class Units:
         return None
 
     def _parts(self, choice: Choice, read: Read) -> Iterator[Read]:
-        """The read as a whole, then less and less of it; what was asked once comes whole or not at all."""
+        """The read as a whole, then less and less of it; what was asked once comes whole or not at all. No
+        part, nor what is left then, ends at a register that the whole only passed over."""
         yield read
         if not isinstance(choice, Due):
             return
+        facts = self.facts(read.unit)
         wants = [want for want in self._wants if want.unit == read.unit and want.table == read.table]
         for count in range(read.count - 1, 0, -1):
             cut = read.address + count
-            if not any(want.address < cut < want.address + want.count for want in wants):
+            if any(want.address < cut < want.address + want.count for want in wants):
+                continue
+            if may_read(facts, read.address, count) and may_read(facts, cut, read.count - count):
                 yield Read(read.unit, read.address, count, read.table)
 
     def _trial(self, choice: Choice) -> Question:

@@ -81,6 +81,20 @@ def test_h4_a_late_read_is_not_taken_for_the_next_of_the_same_length() -> None:
     )
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_no_part_of_a_read_ends_at_a_register_that_was_only_passed_over(seed: int) -> None:
+    """Found by a world in a box (`python -m tests.prove`): the core fell over."""
+    rng = random.Random(seed)
+    fake = FakeUnit(functions=(3, 16), registers=dict(REGISTERS), late=late(rng, 0.3, 3.0))
+    unit = facts(**PLAIN, readable=((0x20, 0x21), (0x25, 0x26), (0x2A, 0x2A)), bridge=True, read_max=11)
+    wants = [Want(5, 0x20, 1, 0.1), Want(5, 0x21, 1, 0.1), Want(5, 0x25, 2, 0.1), Want(5, 0x2A, 1, 0.1)]
+    bench = Bench([unit], [fake]).start(*wants)
+    bench.quiet = False
+    bench.run(30)
+    assert {block.address for block in bench.of(BlockRead)} >= {0x20}
+    assert wrong_values(bench) == []
+
+
 def test_the_nonce_is_fresh_each_time() -> None:
     fake = FakeUnit(functions=(3, 8, 16))
     bench = Bench([facts(**LOOP_BACK)], [fake]).start(Want(5, 0x20, 1, 0.5))

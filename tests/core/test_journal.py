@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from gateway.core import journal as journal_module
+from gateway.core import scribe as scribe_module
 from gateway.core.chain import lines_of
 from gateway.core.events import Record, Recorded
 from gateway.core.journal import Journal
@@ -98,7 +99,7 @@ def test_r2_a_failure_is_reported_once_for_each_entry(bench: Bench) -> None:
 def test_r2_of_too_much_that_waits_refusals_go_first_and_it_is_told_how_many(
     bench: Bench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(journal_module, "BACKLOG", 20)
+    monkeypatch.setattr(scribe_module, "BACKLOG", 20)
     bench.disk.room = 0
     stops = []
     for n in range(60):

@@ -60,10 +60,12 @@ class Drive:
         now, kind = self._clock.now, self._faults.weather.kind
         if kind == "drop" and now < self._busy_until:
             return
+        if (answer := self._reply(content, number)) is None:
+            return
         begin = max(now, self._busy_until) if kind == "queue" else now
         begin += self.delay() + self._faults.lateness()
         self._busy_until = begin if kind != "overlap" else 0.0
-        reply = self._framing.pack(self._reply(content, number), frame)
+        reply = self._framing.pack(answer, frame)
         self._clock.at(begin, lambda: self._answer(reply))
 
     def _answer(self, reply: bytes) -> None:
@@ -77,14 +79,18 @@ class Drive:
             if faults.weather.kind == "drop":
                 self._busy_until = max(self._busy_until, end)
 
-    def _reply(self, content: bytes, number: int) -> bytes:
-        function = content[1]
+    def _reply(self, content: bytes, number: int) -> bytes | None:
         if self._faults.strikes("refused"):
             self.refused[number] = code = BUSY + number % 100
             if not number:
                 self.refused_others.append((content, self._clock.now, code))
-            return bytes((self.unit, function | 0x80, code))
+            return bytes((self.unit, content[1] | 0x80, code))
         self.did.add(number)
+        return self._content(content)
+
+    def _content(self, content: bytes) -> bytes | None:
+        """What it answers; None: nothing."""
+        function = content[1]
         if function in (WRITE_ONE, LOOP_BACK):
             return content
         if function == WRITE_MANY:
@@ -117,7 +123,7 @@ class Foreigner:
 
     def _later(self, name: str, rate: float, ask: Callable[[], bool]) -> None:
         def again() -> None:
-            if ask():
+            if getattr(self._faults.weather, name) and ask():
                 self._faults.counts[name] += 1
             self._later(name, rate, ask)
 

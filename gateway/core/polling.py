@@ -184,11 +184,14 @@ class Polling:
 
     def first_sample(self, tag: str, now: Instant) -> Sample:
         """What a new watcher of a tag is told at once; a value from before anybody watched is not
-        passed off as the present one."""
-        held = self.store.get(tag)
+        passed off as the present one, and who watches already is told that it is not."""
+        held, period = self.store.get(tag), self.period(tag) or 0.0
         usable = held is not None and held.sample.quality in (Quality.GOOD, Quality.STALE)
-        if held is not None and usable and now.mono - held.at > STALE_PERIODS * (self.period(tag) or 0.0):
-            self.store.drop(tag)
+        if held is not None and usable and now.mono - held.at > STALE_PERIODS * period:
+            if len(self.demands.sessions(tag)) < 2:
+                self.store.drop(tag)
+            elif (aged := self.store.aged(tag, period, now.mono, now.wall)) is not None:
+                self._publish([aged])
         return self.store.sample(tag, now.wall)
 
     def _mark(

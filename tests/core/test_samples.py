@@ -43,6 +43,18 @@ def test_the_first_sample_comes_at_once_and_says_that_nothing_was_read(world: Wo
     assert (first.value, first.quality) == (None, Quality.WAITING)
 
 
+def test_h17_whoever_watches_hears_that_a_value_is_old_when_another_wants_it_more_often(world: World) -> None:
+    """Found by a world in a box (`python -m tests.prove`)."""
+    world.watch({FREQUENCY: 10.0})
+    world.run(1.0)
+    world.drives["fan-1"].connected = False
+    world.run(0.9)
+    assert world.samples(FREQUENCY)[-1].quality is Quality.GOOD
+    world.watch({FREQUENCY: 0.2}, world.join())
+    world.run(0.2)
+    assert world.samples(FREQUENCY)[-1].quality is not Quality.GOOD
+
+
 def test_the_source_time_is_that_of_the_frame(world: World) -> None:
     world.watch({FREQUENCY: 0.2})
     world.run(1.0)

@@ -203,12 +203,14 @@ class Line:
     # What is wanted and asked
 
     def demand(self, wants: Sequence[Want], now: float) -> list[Action]:
-        """Replace everything that is wanted. Raises `ValueError` when a want can never be met."""
+        """Replace everything that is wanted; nothing goes out before the next `tick`, since what withdrew a
+        demand may be about to ask for something that goes first. Raises `ValueError` when a want can never be
+        met."""
         for want in wants:
             check_want(self._units.facts(want.unit), want)
         self._planning.want(wants, now)
         down = [unit for unit in self._units if unit.up is False]
-        return [PlanChanged(), *failed_blocks(self.plan, down, now), *self._advance(now)]
+        return [PlanChanged(), *failed_blocks(self.plan, down, now)]
 
     def forbid(self, unit: int, gaps: tuple[tuple[int, int], ...], now: float) -> list[Action]:
         """Let no planned read of a unit pass over these addresses. What is asked once may."""

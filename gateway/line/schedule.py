@@ -7,6 +7,7 @@ leave reads half of the line: what a command took is owed to the reads that wait
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -95,6 +96,8 @@ class Schedule:
         self._reads: list[Due] = []
         self._jobs: list[Waiting] = []
         self._owed = 0.0
+        self._stops: Counter[int] = Counter()
+        """Units to which stops went, and which of all stops was the last."""
 
     def replan(self, plan: Plan, load: float, now: float) -> None:
         """Take a new plan, or another load: what the blocks of the units that are there really take of the
@@ -141,7 +144,7 @@ class Schedule:
         self, now: float, ready_at: ReadyAt, probe: Probe | None = None, stop_at: ReadyAt = _always
     ) -> Choice | None:
         """What should go out now; None when nothing is due. Nothing is taken out."""
-        if (stop := self._first(Priority.STOP, now, stop_at)) is not None:
+        if (stop := self._next_stop(now, stop_at)) is not None:
             return stop
         read = self._next_read(now, ready_at)
         if read is None:
@@ -158,6 +161,8 @@ class Schedule:
 
     def spent(self, choice: Choice, seconds: float) -> None:
         """Account for line time: commands run up a debt to the reads, reads pay it off."""
+        if isinstance(choice, Waiting) and choice.job.priority is Priority.STOP:
+            self._stops[choice.unit] = max(self._stops.values(), default=0) + 1
         if isinstance(choice, Waiting) and choice.job.priority is Priority.COMMAND:
             self._owed += seconds
         elif isinstance(choice, Due) or (
@@ -180,6 +185,12 @@ class Schedule:
             ready = stop_at if entry.job.priority is Priority.STOP else ready_at
             earliest = min(earliest, ready(entry.unit), _expiry(entry.job))
         return max(floor, earliest)
+
+    def _next_stop(self, now: float, ready_at: ReadyAt) -> Waiting | None:
+        """The oldest stop to the unit that was stopped longest ago: no sick unit, to which stops are sent again
+        and again, keeps that to another one waiting (H20)."""
+        stops = [e for e in self._jobs if e.job.priority is Priority.STOP and ready_at(e.unit) <= now]
+        return min(stops, key=lambda entry: self._stops[entry.unit], default=None)
 
     def _first(self, priority: Priority, now: float, ready_at: ReadyAt) -> Waiting | None:
         """The oldest waiting job of a priority whose unit may be asked."""

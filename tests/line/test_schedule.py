@@ -5,8 +5,9 @@ import math
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gateway.line.interface import Block, Job, Plan, Priority, Read, Write
+from gateway.line.interface import Block, Job, Plan, Priority, Read, Transmit, Want, Write
 from gateway.line.schedule import Due, Probe, Schedule, Waiting, settle
+from tests.line.bench import Bench, FakeUnit, facts
 
 NEVER_DOWN = lambda unit: -math.inf  # noqa: E731
 
@@ -46,6 +47,33 @@ def test_order_of_the_four_classes() -> None:
             settle(choice, 0.0)
     assert seen == ["STOP", "COMMAND", "due", "PROBE"]
     assert schedule.choose(0.0, NEVER_DOWN) is None
+
+
+def test_h20_stops_of_a_sick_unit_keep_no_other_stop_waiting() -> None:
+    """Found by a world in a box (`python -m tests.prove`)."""
+    schedule = schedule_of()
+    for job in range(4):
+        schedule.ask(write(job, Priority.STOP, unit=1), 0.0)
+    schedule.ask(write(9, Priority.STOP, unit=2), 0.5)
+    order = []
+    for _ in range(3):
+        choice = schedule.choose(1.0, NEVER_DOWN)
+        assert isinstance(choice, Waiting)
+        order.append(choice.unit)
+        schedule.withdraw(choice.job.id)
+        schedule.spent(choice, 1.0)
+    assert order == [1, 2, 1]
+
+
+def test_h20_a_changed_demand_sends_nothing_before_what_may_be_asked_with_it() -> None:
+    """Found by a world in a box (`python -m tests.prove`): the end of a proof let a read go before the stop."""
+    bench = Bench([facts(functions=(3, 16))], [FakeUnit(functions=(3, 16))]).start(Want(5, 0x20, 1, 10.0))
+    bench.run(2.0)
+    actions = bench.line.demand([Want(5, 0x20, 2, 10.0)], bench.now)
+    assert not [action for action in actions if isinstance(action, Transmit)]
+    actions = bench.line.ask(Job(1, Write(5, 2, (0,)), Priority.STOP), bench.now)
+    [sent] = [action for action in actions if isinstance(action, Transmit)]
+    assert sent.data[1] == 0x10
 
 
 def test_the_earliest_deadline_goes_first() -> None:

@@ -273,6 +273,7 @@ class Leases:
                 self._leases[name] = Lease(
                     phase, was.holder, expires=self._end_from_now(drive), moving=moving, void=was.void
                 )
+            self._told[name] = self._leases[name]  # whoever joins is told how it stands
             if was.due:
                 self._due.add(name)
                 self._services.act(drive, was.due, f"the lease {_of(was.by)}ended before the restart")

@@ -209,6 +209,17 @@ def test_h11_h10_killed_and_started_again_the_action_follows_and_nothing_else() 
     assert world.sent()[sent:] == [STOP]
 
 
+def test_h10_clients_hear_that_a_lease_from_before_a_restart_is_over() -> None:
+    """Found by a world in a box (`python -m tests.prove`)."""
+    world = leased()
+    world.command("run_forward", ANNA, frequency=60.0)
+    world.command("stop", ANNA)
+    world.restart()
+    assert world.control().holder == ANNA
+    world.run(TTL + 1)
+    assert world.control().holder is None
+
+
 def test_h11_h10_killed_while_the_stop_was_not_confirmed_it_is_sent_again() -> None:
     world = leased()
     world.command("run_forward", ANNA, frequency=60.0)

@@ -203,9 +203,8 @@ class Line:
     # What is wanted and asked
 
     def demand(self, wants: Sequence[Want], now: float) -> list[Action]:
-        """Replace everything that is wanted; nothing goes out before the next `tick`, since what withdrew a
-        demand may be about to ask for something that goes first. Raises `ValueError` when a want can never be
-        met."""
+        """Replace everything that is wanted. Nothing goes out before the next `tick`: something more urgent may
+        be asked with it. Raises `ValueError` when a want can never be met."""
         for want in wants:
             check_want(self._units.facts(want.unit), want)
         self._planning.want(wants, now)
@@ -348,7 +347,7 @@ class Line:
     def _over(self, done: Transaction, silent_since: float, now: float, job: int | None = None) -> None:
         """The transaction is off the wire, which is silent since an instant. ``job`` is done when the
         silence after it is over too: nobody answers it."""
-        self._current = None
+        self._current, silent_since = None, max(silent_since, done.ends)  # late answers come before its end
         self._free_at = max(now, silent_since + self.gap)
         pause_ends = silent_since + self._units.pause(done.question)
         if job is not None or pause_ends > self._free_at:

@@ -187,8 +187,8 @@ class Schedule:
         return max(floor, earliest)
 
     def _next_stop(self, now: float, ready_at: ReadyAt) -> Waiting | None:
-        """The oldest stop to the unit that was stopped longest ago: no sick unit, to which stops are sent again
-        and again, keeps that to another one waiting (H20)."""
+        """The oldest stop to the unit that was stopped longest ago: a sick one, to which stops are sent again
+        and again, keeps no stop to another one waiting (H20)."""
         stops = [e for e in self._jobs if e.job.priority is Priority.STOP and ready_at(e.unit) <= now]
         return min(stops, key=lambda entry: self._stops[entry.unit], default=None)
 

@@ -81,6 +81,15 @@ def test_h4_a_late_read_is_not_taken_for_the_next_of_the_same_length() -> None:
     )
 
 
+def test_after_an_answer_that_came_too_early_the_request_is_let_out_first() -> None:
+    """Found by a world in a box (`python -m tests.prove`). The bench complains where the silence is missing."""
+    bench = Bench([facts(**PLAIN)], []).start(Want(5, 0x20, 1, 10.0))
+    bench.receive(frame(bytes.fromhex("0503024020")), bench.now + 0.008)
+    bench.at(bench.now + 0.006, lambda: bench.ask(Write(5, 2, (0,)), Priority.STOP) and None)
+    bench.run(0.1)
+    assert [data[1] for _, sent, data in bench.wire if sent] == [0x03, 0x10]
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_no_part_of_a_read_ends_at_a_register_that_was_only_passed_over(seed: int) -> None:
     """Found by a world in a box (`python -m tests.prove`): the core fell over."""

@@ -66,7 +66,7 @@ def test_h20_stops_of_a_sick_unit_keep_no_other_stop_waiting() -> None:
 
 
 def test_h20_a_changed_demand_sends_nothing_before_what_may_be_asked_with_it() -> None:
-    """Found by a world in a box (`python -m tests.prove`): the end of a proof let a read go before the stop."""
+    """Found by a world in a box (`python -m tests.prove`): the end of a proof let a read go before a stop."""
     bench = Bench([facts(functions=(3, 16))], [FakeUnit(functions=(3, 16))]).start(Want(5, 0x20, 1, 10.0))
     bench.run(2.0)
     actions = bench.line.demand([Want(5, 0x20, 2, 10.0)], bench.now)

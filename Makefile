@@ -4,6 +4,7 @@
 #   make test    all checks and tests
 #   make check   format, lint, types, import contracts
 #   make bench   everything in benchmarks/, on a quiet machine
+#   make prove   worlds in a box for MINUTES=30, and docs/proof.md anew
 #   make pins    make requirements/*.txt anew from pyproject.toml (needs uv)
 #   make clean   remove the virtual environment and caches
 
@@ -11,7 +12,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: demo test check bench setup pins clean
+.PHONY: demo test check bench prove setup pins clean
 .DEFAULT_GOAL := test
 
 demo: $(READY)
@@ -29,6 +30,10 @@ check: $(READY)
 bench: $(READY)
 	@for name in $(basename $(notdir $(wildcard benchmarks/*.py))); do \
 	  echo "== $$name"; $(BIN)/python -m benchmarks.$$name || exit 1; done
+
+MINUTES ?= 30
+prove: $(READY)
+	$(BIN)/python -m tests.prove --minutes $(MINUTES) --report docs/proof.md
 
 setup: $(READY)
 

@@ -1,0 +1,212 @@
+"""What must hold of who commands a drive."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from gateway.bridge.api import ControlState, LeaseAct
+from gateway.bridge.messages import Call, ClientGone, DoLease, Response, RunCommand, WriteTag
+from gateway.core.lease import same
+from gateway.mapping.site import SETPOINT, DriveConfig
+from gateway.tag import Origin, Verdict
+from tests.prove.observers.base import Observer
+from tests.prove.seen import Frame
+
+EXACT = 1e-6
+
+
+class Holder(Observer):
+    """A write goes out only for whoever holds the drive's lease, and a lease changes hands only when its
+    holder gave it up, went away, lost it to an engineer, or did not renew it for its time to live."""
+
+    name, hazard = "one client commands a drive", "H12 H10"
+
+    def __init__(self, *args: Any) -> None:
+        super().__init__(*args)
+        self._drives = {drive.name: drive for drive in self.box.site.drives}
+        self._reset()
+
+    def _reset(self) -> None:
+        self._state: dict[str, ControlState] = {}
+        self._holder: dict[str, Origin] = {}
+        self._touched: dict[str, float] = {}
+        """When whoever holds a drive did something for it last."""
+        self._free: set[str] = set()
+        """Drives whose lease may go to somebody else."""
+        self._asked: dict[tuple[int, int], Any] = {}
+
+    def died(self) -> None:
+        self._reset()
+
+    def asked(self, session: int, call: Call) -> None:
+        match call:
+            case DoLease() | WriteTag() | RunCommand():
+                self._asked[session, call.id] = call
+            case ClientGone(_, origin, _):
+                self._gone(lambda holder: same(holder, origin))
+        match call:
+            case DoLease(_, drive, LeaseAct.RELEASE, origin):
+                if drive in self._holder and same(self._holder[drive], origin):
+                    self._free.add(drive)
+            case DoLease(_, drive, LeaseAct.TAKE):
+                self._free.add(drive)
+            case DoLease(_, drive, _, origin):
+                self._touch(drive, origin)
+            case WriteTag(_, target, _, origin):
+                self._touch(target.partition(".")[0], origin)
+            case RunCommand(_, drive, _, _, origin):
+                self._touch(drive, origin)
+
+    def _touch(self, drive: str, origin: Origin) -> None:
+        holder = self._holder.get(drive)
+        if holder is not None and same(holder, origin):
+            self._touched[drive] = self.now
+
+    def left(self, session: int) -> None:
+        self._gone(lambda holder: bool(holder.session))
+
+    def _gone(self, which: Any) -> None:
+        self._free |= {drive for drive, holder in self._holder.items() if which(holder)}
+
+    def told(self, session: int, message: Response) -> None:
+        if not isinstance(message, ControlState):
+            return
+        drive, holder = message.drive, message.holder
+        before = self._holder.get(drive)
+        self._state[drive] = message
+        if message.void or holder is None:
+            self._holder.pop(drive, None)
+            self._free.add(drive)
+        if holder is None:
+            return
+        if before is not None and not same(before, holder):
+            self.looked += 1
+            ttl = self._drives[drive].control.ttl
+            idle = self.now - self._touched.get(drive, self.now)
+            if drive not in self._free and idle < ttl - EXACT:
+                self.fail(f"{drive} went from {before.who} to {holder.who} after {idle:.3f} s of {ttl:g}")
+        if before is None or not same(before, holder):
+            self._free.discard(drive)
+            self._touched[drive] = self.now
+        self._holder[drive] = holder
+
+    def sent(self, frame: Frame) -> None:
+        intent = frame.intent
+        if intent is None or intent.own or intent.stops or not intent.entry["what"]:
+            return
+        drive: DriveConfig = self._drives[intent.entry["drive"]]
+        if drive.control.lease == "off":
+            return
+        self.looked += 1
+        request = self.seen.request_of(frame)
+        if request is None:
+            return
+        origin = request.ask.origin
+        holder = self._holder.get(drive.name)
+        told = self._state.get(drive.name)
+        if told is None:  # nobody was connected to be told
+            return
+        taken_back = not any(intent.entry["new"].values()) and len(request.frames) > 1
+        if (holder is None or not same(holder, origin)) and not taken_back:
+            held = holder.who if holder else "nobody"
+            self.fail(f"{request.what} of {origin.who} is on the wire while {held} holds {drive.name}")
+
+
+class Unasked(Observer):
+    """What nobody asked for is not written, but for what follows the end of a lease, once, and what a site
+    wants done about a drive that comes back running."""
+
+    name, hazard = "nothing is written by itself", "H11 H10"
+
+    def __init__(self, *args: Any) -> None:
+        super().__init__(*args)
+        self._drives = {drive.name: drive for drive in self.box.site.drives}
+
+    def began(self) -> None:
+        self._ended: dict[str, int] = {}
+        self._asks: dict[str, set[int]] = {}
+        self._by = self.now
+
+    def recorded(self, number: int, entry: dict[str, Any]) -> None:
+        if entry["kind"] == "lease" and entry.get("due"):
+            self._ended[entry["drive"]] = self._ended.get(entry["drive"], 0) + 1
+
+    def sent(self, frame: Frame) -> None:
+        intent = frame.intent
+        if intent is None or self.seen.request_of(frame) is not None:
+            return
+        if intent.stops and not intent.own:
+            return  # a stop through MQTT has no id
+        self.looked += 1
+        drive = self._drives[intent.entry["drive"]]
+        if not intent.entry["what"]:
+            return  # a selector, written to read something
+        if not intent.own:
+            self.fail(f"{intent.entry['what']} by {intent.entry['by']} was asked by nobody")
+        elif not self._allowed(drive, intent.entry):
+            self.fail(f"{intent.entry['what']} by itself ({intent.entry['by']['who']})")
+
+    def _allowed(self, drive: DriveConfig, entry: dict[str, Any]) -> bool:
+        action = drive.control.on_expiry or "hold"
+        what = entry["what"].partition(".")[2]
+        if what == "stop":
+            return action == "stop" or drive.control.on_reappear == "stop"
+        return action.startswith("setpoint") and what == SETPOINT and entry["wanted"] == 5.0
+
+
+class Bits(Observer):
+    """Two clients' bits in one control word are never lost: of a word that more than one point shares, a
+    write changes what was asked and nothing else."""
+
+    name, hazard = "no bit of another is lost", "H7"
+
+    def __init__(self, *args: Any) -> None:
+        super().__init__(*args)
+        self._drives = {(d.line, d.unit): d for d in self.box.site.drives}
+        self._changed: dict[tuple[str, int, int], float] = {}
+        """When somebody else than the core changed a word last."""
+
+    def did(
+        self, line: str, unit: int, frame: Frame | None, before: dict[int, int], after: dict[int, int]
+    ) -> None:
+        drive = self._drives[line, unit]
+        if frame is None:
+            self._changed |= {(line, unit, at): self.now for at in after}
+            return
+        intent = frame.intent
+        if intent is None or intent.stops or not intent.entry["what"]:
+            return
+        for address, word in after.items():
+            shared = [
+                p
+                for p in drive.profile.points.values()
+                if p.address == address and p.encoding.width and p.access.readable and p.access.writable
+            ]
+            if len(shared) < 2 or address not in before:
+                continue
+            mine = set(intent.entry["new"])
+            self.looked += 1
+            for point in shared:
+                if point.name in mine or point.pulse:
+                    continue
+                mask = ((1 << point.encoding.width) - 1) << point.encoding.bit
+                if (word ^ before[address]) & mask and not self._meanwhile(line, unit, address, frame):
+                    text = f"{intent.entry['what']} turned {point.name} of {drive.name}"
+                    self.fail(f"{text}: {before[address]:04X} became {word:04X}")
+
+    def _meanwhile(self, line: str, unit: int, address: int, frame: Frame) -> bool:
+        """The drive was switched off and on, or somebody else wrote, after the word was read last."""
+        station = self.box.buses[line].stations[unit]
+        read = max(
+            (
+                f.at
+                for f in self.seen.frames[line]
+                if f.unit == unit and f.at < frame.at and f.covers(address, 1)
+            ),
+            default=-1.0,
+        )
+        others = max(self._changed.get((line, unit, address), -1.0), station.restarted)
+        return others >= read
+
+
+__all__ = ["Bits", "Holder", "Unasked", "Verdict"]

@@ -1,0 +1,128 @@
+"""What must hold once nothing goes wrong any more, and how much may pile up."""
+
+from __future__ import annotations
+
+import gc
+from typing import Any
+
+from gateway.bridge.api import Batch, DriveState, Happened, LeaseAct
+from gateway.bridge.messages import Call, DoLease, Done, Response, Watch, WriteTag
+from gateway.tag import Origin, Quality, Role, Sample, Verdict, is_own
+from tests.prove.observers.base import Observer
+from tests.prove.scene import CALM_SECONDS
+from tests.prove.site import SETPOINT
+
+ERIKA = Origin(through="opcua", who="erika", role=Role.ENGINEER, session="last")
+PROBED_AFTER = 70.0
+"""Seconds without faults after which each drive obeys again."""
+PROBE_LASTS = 1.5
+VALUE = 7.0
+HEAVY = 400_000
+"""Objects that a core may hold at most."""
+
+
+class Recovers(Observer):
+    """Within stated bounds after the last fault every drive is seen, every wanted value is good, and an
+    engineer who takes a drive is obeyed."""
+
+    name, hazard = "everything recovers", "H8"
+
+    def __init__(self, *args: Any) -> None:
+        super().__init__(*args)
+        self._last: dict[tuple[int, str], Sample] = {}
+        self._up: dict[str, bool] = {}
+        self._alarms: set[str] = set()
+        self._outcomes: dict[str, list[Any]] = {}
+        self._ids: dict[int, str] = {}
+        clock, begin = self.box.clock, self.box.scene.seconds
+        clock.at(begin + PROBED_AFTER, lambda: self._probe("take"))
+        clock.at(begin + PROBED_AFTER + PROBE_LASTS, lambda: self._probe("write"))
+        clock.at(begin + CALM_SECONDS - 0.01, self._look)
+
+    def died(self) -> None:
+        self._last.clear()
+        self._up.clear()
+        self._alarms.clear()
+
+    def left(self, session: int) -> None:
+        self._last = {key: sample for key, sample in self._last.items() if key[0] != session}
+
+    def asked(self, session: int, call: Call) -> None:
+        if isinstance(call, Watch):
+            gone = {tag for tag, period in call.wants.items() if period is None}
+            self._last = {k: s for k, s in self._last.items() if k[0] != session or k[1] not in gone}
+
+    def told(self, session: int, message: Response) -> None:
+        match message:
+            case Batch():
+                for sample in message.samples:
+                    self._last[session, sample.tag] = sample
+            case DriveState(drive, up):
+                self._up[drive] = up
+            case Done(id, outcome) if id in self._ids:
+                self._outcomes.setdefault(self._ids.pop(id), []).append(outcome)
+            case Happened(event) if event.alarm:
+                (self._alarms.discard if event.name == "alarm_cleared" else self._alarms.add)(event.alarm)
+
+    def _probe(self, what: str) -> None:
+        clients = self.box.clients
+        for drive in self.box.site.drives:
+            number = clients.next_id()
+            self._ids[number] = f"{drive.name} {what}"
+            if what == "take":
+                clients.ask("opcua", DoLease(number, drive.name, LeaseAct.TAKE, ERIKA, ""))
+            else:
+                tag = f"{drive.name}.{SETPOINT}"
+                clients.commit("opcua", WriteTag(number, tag, VALUE, ERIKA, 5.0, f"last-{number}"))
+
+    def _look(self) -> None:
+        box = self.box
+        if box.core is None:
+            self.fail("the core does not run")
+            return
+        for drive in box.site.drives:
+            self.looked += 1
+            if self._up.get(drive.name) is not True:
+                self.fail(f"{drive.name} is not seen")
+        for (_, tag), sample in self._last.items():
+            self.looked += 1
+            if not is_own(tag) and sample.quality in LOST:
+                self.fail(f"{tag} is {sample.quality}: {sample.reason}")
+        for name in [f"{d.name} {what}" for d in box.site.drives for what in ("take", "write")]:
+            outcomes = self._outcomes.get(name, [])
+            self.looked += 1
+            if not outcomes:
+                self.fail(f"{name}: no outcome")
+            elif outcomes[0].verdict is not Verdict.CONFIRMED and not self._excused(name, outcomes[0]):
+                self.fail(f"{name}: {outcomes[0]}")
+
+    def _excused(self, name: str, outcome: Any) -> bool:
+        """A drive in the hands of its panel takes no setpoint."""
+        return bool(outcome.cause == "precondition" or outcome.cause == "drive_refused")
+
+
+LOST = (Quality.STALE, Quality.NO_COMMUNICATION, Quality.LINE_DOWN, Quality.WAITING)
+
+
+class Bounded(Observer):
+    """However long it goes on, nothing piles up in the core."""
+
+    name, hazard = "queues and memory are bounded", "D2"
+
+    def ended(self) -> None:
+        self.looked += 1
+        weight = _weight(self.box.core)
+        if weight > HEAVY:
+            self.fail(f"the core holds {weight} objects")
+
+
+def _weight(root: Any) -> int:
+    """The number of objects that hang on one, types and modules not counted."""
+    seen = {id(root)}
+    stack = [root]
+    while stack:
+        for each in gc.get_referents(stack.pop()):
+            if id(each) not in seen and not isinstance(each, type) and type(each).__name__ != "module":
+                seen.add(id(each))
+                stack.append(each)
+    return len(seen)

@@ -1,0 +1,64 @@
+"""From a world that fails to the shortest one that still does."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+
+from tests.prove.box import Box, Report
+from tests.prove.scene import Happening, Scene
+
+RUNS = 150
+"""Worlds that are played at most to find a shorter one."""
+
+Fails = Callable[[Scene], bool]
+
+
+def fails_alike(report: Report) -> Fails:
+    """Whether a scene fails as this one did: at the same invariant."""
+    names = {violation.invariant for violation in report.wrong}
+
+    def fails(scene: Scene) -> bool:
+        return any(violation.invariant in names for violation in Box(scene).run().wrong)
+
+    return fails
+
+
+def shrunk(scene: Scene, report: Report, runs: int = RUNS) -> Scene:
+    """The shortest scene found that fails like this one; the same each time."""
+    budget = iter(range(runs))
+    fails = fails_alike(report)
+
+    def still(candidate: Scene) -> bool:
+        return next(budget, None) is not None and fails(candidate)
+
+    at = report.wrong[0].at
+    if at < scene.seconds:
+        shorter = _until(scene, at + 0.001)
+        scene = shorter if still(shorter) else scene
+    for kind in scene.kinds:
+        without = scene.without([kind])
+        scene = without if still(without) else scene
+    return _fewer(scene, still)
+
+
+def _until(scene: Scene, end: float) -> Scene:
+    kept = tuple(each for each in scene.happenings if each.at <= end)
+    return replace(scene, seconds=end, happenings=kept)
+
+
+def _fewer(scene: Scene, still: Fails) -> Scene:
+    """Leave happenings out, in ever smaller lots, as long as it goes on failing."""
+    size = max(1, len(scene.happenings) // 2)
+    while size:
+        for part in list(_parts(scene.happenings, size)):
+            gone = set(part)
+            fewer = replace(scene, happenings=tuple(h for h in scene.happenings if h not in gone))
+            if len(fewer.happenings) < len(scene.happenings) and still(fewer):
+                scene = fewer
+        size //= 2
+    return scene
+
+
+def _parts(happenings: Sequence[Happening], size: int) -> Iterator[Sequence[Happening]]:
+    return (happenings[at : at + size] for at in range(0, len(happenings), size))

@@ -203,7 +203,7 @@ class Line:
     # What is wanted and asked
 
     def demand(self, wants: Sequence[Want], now: float) -> list[Action]:
-        """Replace everything that is wanted. Nothing goes out before the next `tick`: something more urgent may
+        """Replace everything that is wanted. Nothing goes out before the next `tick`: what is more urgent may
         be asked with it. Raises `ValueError` when a want can never be met."""
         for want in wants:
             check_want(self._units.facts(want.unit), want)
@@ -389,9 +389,9 @@ class Line:
         self._overhearing.keep(data)
         self.doctor.stray(data, now)
         wait = now + self.gap - max(now, self._free_at)
-        if wait > 0 and self._held + wait <= STRAY_HOLD:
-            self._held += wait
-            self._free_at = now + self.gap
+        held = wait + (self._held if now <= self._free_at else 0.0)  # in a silence nothing is held back
+        if wait > 0 and held <= STRAY_HOLD:
+            self._held, self._free_at = held, now + self.gap
         return []
 
     def _overhear(self, data: bytes, now: float) -> None:

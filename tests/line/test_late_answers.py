@@ -82,12 +82,22 @@ def test_h4_a_late_read_is_not_taken_for_the_next_of_the_same_length() -> None:
 
 
 def test_after_an_answer_that_came_too_early_the_request_is_let_out_first() -> None:
-    """Found by a world in a box (`python -m tests.prove`). The bench complains where the silence is missing."""
+    """Found by a world in a box (`python -m tests.prove`). The bench complains where silence is missing."""
     bench = Bench([facts(**PLAIN)], []).start(Want(5, 0x20, 1, 10.0))
     bench.receive(frame(bytes.fromhex("0503024020")), bench.now + 0.008)
     bench.at(bench.now + 0.006, lambda: bench.ask(Write(5, 2, (0,)), Priority.STOP) and None)
     bench.run(0.1)
     assert [data[1] for _, sent, data in bench.wire if sent] == [0x03, 0x10]
+
+
+def test_talk_of_others_while_nothing_is_due_leaves_the_silence_before_a_request() -> None:
+    """Found by a world in a box (`python -m tests.prove`). The bench complains where silence is missing."""
+    bench = Bench([facts(**PLAIN)], [FakeUnit(functions=(3, 16))]).start(Want(5, 0x20, 1, 3.0))
+    for n in range(100):
+        bench.receive(b"\x07\x03", bench.now + 0.1 + n * 0.02)
+    bench.at(bench.now + 2.0815, lambda: bench.ask(Write(5, 2, (0,))) and None)
+    bench.run(2.5)
+    assert [data[1] for _, sent, data in bench.wire if sent and data[1] == 0x10] == [0x10]
 
 
 @pytest.mark.parametrize("seed", range(4))

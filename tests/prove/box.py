@@ -89,6 +89,7 @@ class Box:
         self.seen = Seen()
         self.core: Core | None = None
         self.wall_offset = 0
+        self._offsets = [(0.0, 0)]
         self.mono_base = 0.0
         """When the machine was switched on."""
         self._mono = 0.0
@@ -176,6 +177,21 @@ class Box:
         now = self.clock.now
         self._mono = max(self._mono, now - self.mono_base)
         return Instant(self._mono, START + self.wall_offset + round(now * 1e9))
+
+    def jump(self, seconds: float) -> None:
+        """The wall clock is set."""
+        self.wall_offset += round(seconds * 1e9)
+        self._offsets.append((self.clock.now, self.wall_offset))
+
+    def moment_of(self, wall: int) -> float:
+        """The latest moment so far at which the wall clock showed this."""
+        until = self.clock.now
+        for since, offset in reversed(self._offsets):
+            at = (wall - START - offset) / 1e9
+            if since - 1e-6 <= at <= until + 1e-6:
+                return at
+            until = since
+        return (wall - START - self.wall_offset) / 1e9
 
     def _tick(self) -> None:
         """The core's moment has come: on its own clock no rounding makes it too early."""

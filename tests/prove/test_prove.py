@@ -14,8 +14,8 @@ from tests.prove.box import Box
 from tests.prove.plants import PLANTS, search
 from tests.prove.scene import scene_of
 
-WORLDS = 48
-PER_TEST = 4
+WORLDS = 28
+PER_TEST = 2
 LINE_SECONDS = 20_000
 """Of all worlds together, as `test_worlds_are_many` holds."""
 

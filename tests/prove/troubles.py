@@ -91,7 +91,7 @@ class Troubles:
 
     def _clock_jump(self, drive: DriveConfig, rng: random.Random) -> None:
         seconds = rng.choice((0.5, -0.5, 60.0, -60.0, 86400.0 * 365, -3600.0))
-        self._box.wall_offset += round(seconds * 1e9)
+        self._box.jump(seconds)
 
     def _disk_fails(self, drive: DriveConfig, rng: random.Random) -> None:
         self._box.safe.share = rng.choice((0.02, 0.2, 1.0))

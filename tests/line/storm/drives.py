@@ -60,11 +60,11 @@ class Drive:
         now, kind = self._clock.now, self._faults.weather.kind
         if kind == "drop" and now < self._busy_until:
             return
-        if (answer := self._reply(content, number)) is None:
-            return
         begin = max(now, self._busy_until) if kind == "queue" else now
         begin += self.delay() + self._faults.lateness()
         self._busy_until = begin if kind != "overlap" else 0.0
+        if (answer := self._reply(content, number)) is None:
+            return
         reply = self._framing.pack(answer, frame)
         self._clock.at(begin, lambda: self._answer(reply))
 

@@ -63,7 +63,7 @@ class Truth(Observer):
         reading = self._readings.get(sample.tag)
         if sample.quality is not Quality.GOOD or reading is None or not reading.plain:
             return
-        at = self.now - (self.box.instant().wall - sample.time) / 1e9
+        at = self.box.moment_of(sample.time)
         drive, point = reading.drive, reading.point
         request = self._request(drive, point, at)
         answers = self.seen.answers[drive.line, drive.unit]
@@ -145,8 +145,7 @@ class Promise(Observer):
     def _told(self, session: int, sample: Sample) -> None:
         shown = self._shown.get((session, sample.tag))
         if shown is not None:
-            age = (self.box.instant().wall - sample.time) / 1e9
-            shown.of = self.now - age if sample.quality is Quality.GOOD else None
+            shown.of = self.box.moment_of(sample.time) if sample.quality is Quality.GOOD else None
             self._plan((session, sample.tag), shown)
 
     def _plan(self, key: tuple[int, str], shown: Shown) -> None:

@@ -9,6 +9,10 @@ from tests.prove.observers.base import Observer
 from tests.prove.seen import Frame
 
 EXACT = 1e-6
+BABBLE = 0.1
+"""Seconds for which others hold a request back: a babbler stops nothing (`STRAY_HOLD` of `gateway.line`)."""
+APART = 0.01
+"""Seconds of silence that end what others say to each other."""
 
 
 class Gap(Observer):
@@ -18,6 +22,8 @@ class Gap(Observer):
 
     def began(self) -> None:
         self._ends: dict[str, float] = {}
+        self._heard: dict[str, tuple[float, float]] = {}
+        """Since when others have been heard, and until when."""
         self._silence = {}
         for line in self.box.site.lines:
             character = self.box.buses[line.name].character
@@ -30,11 +36,15 @@ class Gap(Observer):
     def sent(self, frame: Frame) -> None:
         self.looked += 1
         silence = frame.at - self._ends.get(frame.line, -1.0)
-        if silence < self._silence[frame.line] - EXACT:
+        since, until = self._heard.get(frame.line, (self.now, -1.0))
+        held = until > self._ends.get(frame.line, -1.0) - EXACT and self.now - since >= BABBLE
+        if silence < self._silence[frame.line] - EXACT and not held:
             self.fail(f"{frame.data.hex(' ')} on {frame.line} after {1000 * silence:.3f} ms")
         self._ends[frame.line] = frame.end
 
     def heard(self, line: str, data: bytes) -> None:
+        since, until = self._heard.get(line, (self.now, self.now))
+        self._heard[line] = (self.now if self.now - until > APART else since), self.now
         held = self.box.buses[line].faults.weather.pieces == "timer"
         self._ends[line] = max(self._ends.get(line, -1.0), self.now - (TIMER if held else 0.0))
 

@@ -203,8 +203,7 @@ class Line:
     # What is wanted and asked
 
     def demand(self, wants: Sequence[Want], now: float) -> list[Action]:
-        """Replace everything that is wanted. Nothing goes out before the next `tick`: what is more urgent may
-        be asked with it. Raises `ValueError` when a want can never be met."""
+        """Replace all that is wanted, for the next `tick`. Raises `ValueError` when it can never be met."""
         for want in wants:
             check_want(self._units.facts(want.unit), want)
         self._planning.want(wants, now)

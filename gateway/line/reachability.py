@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Collection
 
 from gateway.line.interface import UnitFacts
 from gateway.line.resync import Suspicion
@@ -16,7 +16,9 @@ DOWN_AFTER = 3
 DOWN_AT_FIRST = 2
 """The same for a unit that never answered."""
 PROBE_SHARE = 0.02
-"""Share of the line that all probes together may take."""
+"""Share of the line that all probes together may take from units that answer."""
+PROBE_SHARE_ALONE = 0.25
+"""The same while no unit answers: there is nobody to take it from."""
 PROBE_PERIOD = 5.0
 """Least seconds between two probes of one unit."""
 PATIENT_EVERY = 16
@@ -138,16 +140,17 @@ class Probing:
     """Whose turn it is to be probed: in a round, together never above their share of the line."""
 
     def __init__(self) -> None:
-        self._free_at = -math.inf
+        self._began, self._took = -math.inf, 0.0
 
-    def next(self, units: Iterable[Unit]) -> Probe | None:
+    def next(self, units: Collection[Unit]) -> Probe | None:
         """The next probe, now or later; None when no unit is down."""
         silent = [unit for unit in units if unit.up is False]
         if not silent:
             return None
         first = min(silent, key=lambda unit: unit.probed_at)
-        return Probe(first.facts.unit, max(self._free_at, first.probed_at + PROBE_PERIOD))
+        share = PROBE_SHARE if any(unit.up for unit in units) else PROBE_SHARE_ALONE
+        return Probe(first.facts.unit, max(self._began + self._took / share, first.probed_at + PROBE_PERIOD))
 
     def spent(self, began: float, seconds: float) -> None:
         """A probe that began at ``began`` took so much of the line."""
-        self._free_at = began + seconds / PROBE_SHARE
+        self._began, self._took = began, seconds

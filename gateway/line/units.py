@@ -53,7 +53,7 @@ class Units:
 
     def probe(self) -> Probe | None:
         """The next probe, now or later."""
-        return self.probing.next(self)
+        return self.probing.next(self._units.values())
 
     def want(self, wants: Sequence[Want]) -> None:
         """What is wanted of all units: no read is ever cut within one of these."""

@@ -10,6 +10,7 @@ from rich.table import Table
 
 from gateway.core.planning import LinePlan
 from gateway.line.forecast import Forecast, PlannedRead, Watchdog
+from gateway.line.reachability import PROBE_SHARE
 from gateway.line.repairs import Repair
 from gateway.terminal.losing import loss_notes, loss_object
 from gateway.terminal.output import gap_object
@@ -44,7 +45,8 @@ def plan_notes(plan: LinePlan) -> list[str]:
     forecast = plan.forecast
     notes = [
         f"a stop has left after {_ms(forecast.write)} at most, "
-        f"{_ms(forecast.write_silent)} when a drive has just gone silent"
+        f"{_ms(forecast.write_silent)} when a drive has just gone silent",
+        f"drives that do not answer are asked again in {PROBE_SHARE:.0%} of the line at most",
     ]
     if plan.mute:
         notes.append(f"{_listed(list(plan.mute))}: cannot be set to {plan.line.baud} bit/s")
@@ -176,6 +178,7 @@ def _summary(forecast: Forecast) -> dict[str, Any]:
         "load": forecast.load,
         "stretch": forecast.stretch,
         "write": forecast.write,
+        "probes": PROBE_SHARE,
         "write_silent": forecast.write_silent,
     }
 

@@ -31,11 +31,12 @@ def site_with(folder: Path, serial: str, *drives: str) -> Path:
 @pytest.fixture
 def pumps(tmp_path: Path) -> Path:
     common = "e1_04: 60, f5_05: with_detection, f5_04: coast"
+    free = "control: {lease: off}"
     return site_with(
         tmp_path,
         "9600 8N1",
-        f"pump-1: {{profile: s2000, unit: 1, settings: {{{common}}}, control: {{lease: off}}}}",
-        f"pump-2: {{profile: s2000, unit: 2, settings: {{{common}, h1_02: fault_reset}}, control: {{lease: off}}}}",
+        f"pump-1: {{profile: s2000, unit: 1, settings: {{{common}}}, {free}}}",
+        f"pump-2: {{profile: s2000, unit: 2, settings: {{{common}, h1_02: fault_reset}}, {free}}}",
     )
 
 

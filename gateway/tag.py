@@ -223,7 +223,8 @@ class Event(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     drive: str
     name: str
     """``communication_lost``, ``communication_restored``, ``fault_raised``, ``fault_cleared``, ``line_down``,
-    ``line_up``, ``gap_refused``, ``alarm_raised``, ``alarm_cleared``, ``alarm_acknowledged``."""
+    ``line_up``, ``gap_refused``, ``register_refused``, ``alarm_raised``, ``alarm_cleared``,
+    ``alarm_acknowledged``."""
     text: str
     tag: str = ""
     value: Value = None

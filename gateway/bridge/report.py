@@ -48,7 +48,8 @@ class Alarm(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
 
 class RefusedGap(msgspec.Struct, frozen=True, kw_only=True):
     """Addresses that no point has, across which a drive does not let itself be read, and the exception
-    ``code`` with which it says so. ``time`` is when that was found."""
+    ``code`` with which it says so; or the registers of ``points`` that a drive has not although its profile
+    names them. ``time`` is when that was found."""
 
     drive: str
     profile: str
@@ -57,11 +58,19 @@ class RefusedGap(msgspec.Struct, frozen=True, kw_only=True):
     last: int
     code: int
     time: int
+    points: tuple[str, ...] = ()
 
     @property
     def text(self) -> str:
         """What was found, and what to do about it."""
         span = f"{self.first:04X}H" if self.first == self.last else f"{self.first:04X}H..{self.last:04X}H"
+        if self.points:
+            names = ", ".join(self.points)
+            return (
+                f"{self.drive} answers {self.code:02X}H for {span} ({names}); its neighbours "
+                "are read without it, and it is asked for once a minute (see whether it is of the model "
+                f"and firmware of the profile {self.profile})"
+            )
         return (
             f"{self.drive} refuses reads across {span} with {self.code:02X}H; what stands on both sides is "
             f"read apart (add `{span}` to `holes` in the profile {self.profile})"

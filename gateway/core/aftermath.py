@@ -112,11 +112,12 @@ class Aftermath:
     def _unit_did(self, drive: Drive, action: UnitAction, now: Instant) -> None:
         match action:
             case line_does.BlockFailed():
-                if not self.gaps.failed(drive, action):
+                if not self.gaps.failed(drive, action, now):
                     self.polling.failed(drive, action, now)
             case line_does.UnitUp():
                 self.watchkeeper.drive_up(drive, now)
                 self.oversight.drive_up(drive, now)
+                self.gaps.returned(drive)
             case line_does.UnitDown():
                 self.watchkeeper.drive_down(drive, action.reason, now)
                 self.oversight.drive_down(drive)

@@ -325,9 +325,16 @@ class Core:
             self.drives,
             lambda drive, gaps: self.lines.forbid(drive, gaps, self._now.mono),
             self._read,
+            self._reads.start,
+            self._leave_out,
             self.trail.record,
             lambda event: self.clients.tell_all(Happened(event)),
         )
+
+    def _leave_out(self, drive: Drive, reasons: Mapping[str, str]) -> None:
+        """Read what a drive has not no more, and the rest."""
+        self.polling.leave_out(drive, reasons, self._now)
+        self.lines.demand(drive.line, self.polling.wants(drive.line), self._now.mono)
 
     def _overseer(self) -> Oversight:
         parts = self.drives, self.polling, self.alarms, self.own

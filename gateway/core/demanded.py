@@ -25,7 +25,8 @@ def demand_for(
         (_reading(b) for b in blocks if b.unit == drive.unit and b.table == point.table and _holds(b, point)),
         None,
     )
-    beside = tuple(gap for gap in gaps if reading and gap.drive == drive.name and _ends_at(reading, gap))
+    told = (g for g in gaps if g.drive == drive.name)
+    beside = tuple(g for g in told if point.name in g.points or (reading and _ends_at(reading, g)))
     return Demand(wanted=tuple(_wanted(tag, polling, clients)), reading=reading, gaps=beside)
 
 

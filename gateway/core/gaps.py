@@ -1,16 +1,22 @@
-"""Gaps between named registers across which a drive does not let itself be read. Pure.
+"""What a drive does not let be read: gaps between named registers, and registers that it has not. Pure.
 
 A profile may allow blocks to pass over addresses that it does not name (`bridge`), because that is cheaper
 than another request. Where a drive answers such a block with "illegal address", the block is cut at its gaps
 at once, so that everything is read. Which gap it was is found out by reading across each of them alone, after
 the registers on both sides were read by themselves: only a gap that is refused then is told, and remembered
-over a restart. Blocks without a gap are none of our business: what they hold is refused.
+over a restart.
+
+A block without such a gap that is refused holds a named register that this drive has not: another firmware, a
+card that is not there. It is read apart, once; the points of what is refused then are told, remembered and
+read no more, so that their neighbours are. Once a minute they are asked for again.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -19,20 +25,20 @@ import msgspec
 from gateway.bridge.api import RefusedGap
 from gateway.core.chain import Entry
 from gateway.core.drive import Drive
+from gateway.core.refusals import address_codes as address_codes  # noqa: PLC0414
+from gateway.core.refusals import apart, refusal
 from gateway.line.interface import Answered, BlockFailed, BlockRead, Read, Refused, Result, UnitFacts
-from gateway.mapping.profile import Profile
-from gateway.tag import Event, Instant
+from gateway.tag import Event, Instant, Quality, Sample, split_tag
 
 KIND = "gap"
 """Of entries in the journal."""
-ILLEGAL_ADDRESS = 0x02
-"""Exception code of the standard (application protocol V1.1b3, section 7)."""
-ILLEGAL_ADDRESS_NAME = "illegal_address"
-"""What profiles call it, whatever number their drives give it."""
 TRIALS = 3
 """So often it is tried to read across a gap when no answer comes."""
 TRIAL_SECONDS = 5.0
+AGAIN_SECONDS = 60.0
+"""A register that the drive had not is asked for again after so long."""
 
+AWAY = (Quality.NO_COMMUNICATION, Quality.LINE_DOWN, Quality.WAITING)
 Gap = tuple[int, int]
 """First and last address that no point of the profile has."""
 
@@ -48,7 +54,8 @@ class Gaps(msgspec.Struct, kw_only=True):
             gap = msgspec.convert(entry["gap"], RefusedGap)
             known = self.refused.setdefault(gap.drive, [])
             known[:] = [one for one in known if (one.first, one.last) != (gap.first, gap.last)]
-            known.append(gap)
+            if not entry.get("over"):
+                known.append(gap)
 
     def of(self, drive: Drive) -> list[RefusedGap]:
         """Those of a drive that its profile still lets be passed over: it may have learned better since, and
@@ -58,7 +65,7 @@ class Gaps(msgspec.Struct, kw_only=True):
             gap
             for gap in self.refused.get(drive.name, [])
             if (gap.profile, gap.unit) == (drive.profile.name, drive.unit)
-            and (gap.first, gap.last) in open_gaps
+            and ((gap.first, gap.last) in open_gaps if not gap.points else _stand_there(drive, gap))
         ]
 
 
@@ -80,6 +87,8 @@ class GapWatch:
     Args:
         forbid: lets a line no longer read across these gaps of a drive.
         ask: asks a line for a read, at the latest after so many seconds; the job's number.
+        read: reads tags once, apart where that must be.
+        leave_out: lets these points of a drive not be read any more, and all others; why, by point.
         record: puts an entry into the journal.
         tell: passes an event on to the clients.
     """
@@ -89,32 +98,53 @@ class GapWatch:
         drives: Sequence[Drive],
         forbid: Callable[[Drive, tuple[Gap, ...]], None],
         ask: Callable[[str, Read, float], int],
+        read: Callable[[Sequence[str], float, Callable[[tuple[Sample, ...]], None], Instant], None],
+        leave_out: Callable[[Drive, Mapping[str, str]], None],
         record: Callable[[Mapping[str, Any]], int],
         tell: Callable[[Event], None],
     ) -> None:
         self._drives = drives
         self._forbid = forbid
         self._ask = ask
+        self._read = read
+        self._leave_out = leave_out
         self._record = record
         self._tell = tell
         self._refused: dict[str, dict[Gap, RefusedGap]] = {}
         self._suspects: dict[str, dict[Gap, _Suspect]] = {}
         self._cleared: dict[str, set[Gap]] = {}
         self._jobs: dict[int, tuple[Drive, Gap]] = {}
+        self._missing: dict[str, dict[Gap, RefusedGap]] = {}
+        self._searched: dict[str, set[tuple[int, int]]] = {}
+        """Blocks that were read apart, all parts of which were answered."""
+        self._searching: set[str] = set()
+        self._again: dict[str, float] = {}
 
     def restore(self, memory: Gaps) -> None:
         """Take up what was found before the restart."""
         for drive in self._drives:
             if known := memory.of(drive):
-                self._refused[drive.name] = {(gap.first, gap.last): gap for gap in known}
+                self._refused[drive.name] = {(g.first, g.last): g for g in known if not g.points}
+                self._missing[drive.name] = {(g.first, g.last): g for g in known if g.points}
                 self._keep_apart(drive)
 
     def refused(self) -> tuple[RefusedGap, ...]:
         """All gaps that were refused, drive by drive."""
-        return tuple(gap for drive in self._drives for gap in self._refused.get(drive.name, {}).values())
+        return tuple(
+            gap
+            for drive in self._drives
+            for known in (self._refused, self._missing)
+            for gap in known.get(drive.name, {}).values()
+        )
 
-    def failed(self, drive: Drive, block: BlockFailed) -> bool:
-        """A planned read failed; True if that may be due to a gap, and its parts are read from now on."""
+    def returned(self, drive: Drive) -> None:
+        """A drive answers, for the first time or again."""
+        if drive.name in self._missing:
+            self._keep_apart(drive)
+
+    def failed(self, drive: Drive, block: BlockFailed, now: Instant) -> bool:
+        """A planned read failed; True if that may be due to a gap or to a single register, and its parts are
+        read from now on."""
         if not isinstance(block.result, Refused) or block.result.code not in address_codes(drive.profile):
             return False
         apart = {*self._refused.get(drive.name, ()), *self._suspects.get(drive.name, ())}
@@ -125,10 +155,56 @@ class GapWatch:
             self._suspects.setdefault(drive.name, {})[gap] = _Suspect(trial, 0 if once_fine else TRIALS)
         if gaps:
             self._keep_apart(drive)
-        return bool(gaps)
+        return bool(gaps) or self._search(drive, block, block.result.code, now)
+
+    def _search(self, drive: Drive, block: BlockFailed, code: int, now: Instant) -> bool:
+        """Read a block apart whose registers all have a name, unless that was done in vain."""
+        span = block.address, block.count
+        points = drive.points_in(*span)
+        if span in self._searched.get(drive.name, ()) or not points:
+            return False
+        if drive.name not in self._searching:
+            self._searching.add(drive.name)
+            tags = [drive.tag(point.name) for point in points]
+            self._read(tags, 0.0, partial(self._read_apart, drive, span, code), now)
+        return True
+
+    def _read_apart(self, drive: Drive, span: tuple[int, int], code: int, samples: Sequence[Sample]) -> None:
+        """What became of the parts of a block."""
+        self._searching.discard(drive.name)
+        refused = _refused_in(drive, samples)
+        for first, last, points in refused:
+            self._found(drive, (first, last), code, samples[0].time, points)
+        if refused:
+            self._again[drive.name] = -math.inf
+            self._keep_apart(drive)
+        elif any(sample.quality is Quality.GOOD for sample in samples):
+            self._searched.setdefault(drive.name, set()).add(span)
+
+    def _ask_again(self, drive: Drive, now: Instant) -> None:
+        """See now and then whether the drive has a register by now."""
+        due = self._again.get(drive.name, -math.inf)
+        if due == -math.inf:
+            self._again[drive.name] = now.mono + AGAIN_SECONDS
+        elif now.mono >= due:
+            self._again[drive.name] = now.mono + AGAIN_SECONDS
+            tags = [drive.tag(name) for gap in self._missing[drive.name].values() for name in gap.points]
+            self._read(tags, 0.0, partial(self._asked_again, drive), now)
+
+    def _asked_again(self, drive: Drive, samples: Sequence[Sample]) -> None:
+        answered = {split_tag(s.tag)[1] for s in samples if s.quality not in (Quality.REFUSED, *AWAY)}
+        missing = self._missing[drive.name]
+        there = [gap for gap in missing.values() if not answered.isdisjoint(gap.points)]
+        for gap in there:
+            del missing[gap.first, gap.last]
+            self._record({"kind": KIND, "gap": gap, "over": True})
+        if there:
+            self._keep_apart(drive)
 
     def read(self, drive: Drive, block: BlockRead, now: Instant) -> None:
         """Registers of a drive were read."""
+        if self._missing.get(drive.name):
+            self._ask_again(drive, now)
         last = block.address + len(block.words) - 1
         for gap, suspect in self._suspects.get(drive.name, {}).items():
             suspect.before |= block.address <= gap[0] - 1 <= last
@@ -153,13 +229,13 @@ class GapWatch:
                 self._keep_apart(drive)
             case Refused(code) if code in address_codes(drive.profile):
                 del suspects[gap]
-                self._found(drive, gap, code, now)
+                self._found(drive, gap, code, now.wall)
             case Refused():
                 suspects[gap].trials = 0
             case _:
                 suspects[gap].job = None
 
-    def _found(self, drive: Drive, gap: Gap, code: int, now: Instant) -> None:
+    def _found(self, drive: Drive, gap: Gap, code: int, time: int, points: tuple[str, ...] = ()) -> None:
         found = RefusedGap(
             drive=drive.name,
             profile=drive.profile.name,
@@ -167,21 +243,39 @@ class GapWatch:
             first=gap[0],
             last=gap[1],
             code=code,
-            time=now.wall,
+            time=time,
+            points=points,
         )
-        self._refused.setdefault(drive.name, {})[gap] = found
+        (self._missing if points else self._refused).setdefault(drive.name, {})[gap] = found
         self._record({"kind": KIND, "gap": found})
-        self._tell(Event(time=now.wall, drive=drive.name, name="gap_refused", text=found.text))
+        name = "register_refused" if points else "gap_refused"
+        self._tell(Event(time=time, drive=drive.name, name=name, text=found.text))
 
     def _keep_apart(self, drive: Drive) -> None:
         gaps = {*self._refused.get(drive.name, ()), *self._suspects.get(drive.name, ())}
         self._forbid(drive, tuple(sorted(gaps)))
+        missing = self._missing.get(drive.name)
+        if missing is not None:  # nothing may be wanted where no read may pass
+            reasons = {name: refusal(drive, gap.code) for gap in missing.values() for name in gap.points}
+            self._leave_out(drive, reasons)
+            self._forbid(drive, tuple(sorted({*gaps, *missing})))
 
 
-def address_codes(profile: Profile) -> Collection[int]:
-    """The exception codes by which a drive says that it has no such register."""
-    named = {code for code, error in profile.errors.items() if error.name == ILLEGAL_ADDRESS_NAME}
-    return named if ILLEGAL_ADDRESS in profile.errors else named | {ILLEGAL_ADDRESS}
+def _refused_in(drive: Drive, samples: Sequence[Sample]) -> list[tuple[int, int, tuple[str, ...]]]:
+    """The registers that a drive says it has not, and their points."""
+    said = {refusal(drive, code) for code in address_codes(drive.profile)}
+    names = [split_tag(s.tag)[1] for s in samples if s.quality is Quality.REFUSED and s.reason in said]
+    pieces = apart(drive.profile.points[name] for name in names)
+    return [
+        (piece[0].address, max(p.address + p.words for p in piece) - 1, tuple(p.name for p in piece))
+        for piece in pieces
+    ]
+
+
+def _stand_there(drive: Drive, gap: RefusedGap) -> bool:
+    """Whether the registers that a drive had not are still those of the same points."""
+    points = [drive.profile.points.get(name) for name in gap.points]
+    return all(p is not None and gap.first <= p.address <= gap.last for p in points)
 
 
 def gaps_between(readable: Sequence[Gap]) -> Iterator[Gap]:

@@ -18,8 +18,10 @@ from gateway.core.polling import Polling
 from gateway.line.forecast import Forecast, Setup, forecast
 from gateway.line.interface import Block, UnitFacts, Want
 from gateway.line.repairs import Repair, repairs
+from gateway.line.requests import without
 from gateway.mapping.profile import Kind
 from gateway.mapping.site import LineConfig, Site
+from gateway.tag import Instant
 
 WATCHER = "plan"
 
@@ -72,7 +74,7 @@ def setup_of(
     return Setup(
         settings=settings_of(line),
         units=tuple(_without(drive.facts, gaps) for drive in drives),
-        wants=_by_class(_wants(drives, line.name, site.rates), site.rates),
+        wants=_by_class(_wants(drives, line.name, site.rates, gaps), site.rates),
         bauds=_common_bauds(line),
         comm_loss={unit: after for unit, after in losses.items() if after is not None},
         turnaround=turnaround,
@@ -81,8 +83,7 @@ def setup_of(
 
 def _without(facts: UnitFacts, gaps: Sequence[RefusedGap]) -> UnitFacts:
     """The facts of a unit that is not read across these gaps, as far as they are its own."""
-    holes = tuple((gap.first, gap.last) for gap in gaps if gap.unit == facts.unit)
-    return replace(facts, holes=facts.holes + holes)
+    return without(facts, tuple((gap.first, gap.last) for gap in gaps if gap.unit == facts.unit))
 
 
 def with_rates(site: Site, rates: Mapping[str, float]) -> Site:
@@ -96,9 +97,14 @@ def with_baud(site: Site, baud: int) -> Site:
     return replace(site, lines=tuple(lines))
 
 
-def _wants(drives: list[Drive], line: str, rates: Mapping[str, float]) -> list[Want]:
+def _wants(
+    drives: list[Drive], line: str, rates: Mapping[str, float], gaps: Sequence[RefusedGap]
+) -> list[Want]:
     """What the core will have the line read when everything but parameters is watched."""
     polling = Polling(drives, dict(rates), lambda samples: None)
+    for drive in drives:
+        reasons = {name: gap.text for gap in gaps if gap.drive == drive.name for name in gap.points}
+        polling.leave_out(drive, reasons, Instant(0.0, 0))
     polling.demands.change(
         WATCHER,
         {

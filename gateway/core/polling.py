@@ -6,12 +6,13 @@ with quality, time and promised age.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 from gateway.core.ages import Ages, Group
 from gateway.core.demands import Demands
 from gateway.core.drive import Drive, depends_on, is_polled
 from gateway.core.readout import Reading, Readout, reading_of
+from gateway.core.refusals import refusal
 from gateway.core.store import STALE_PERIODS, Store
 from gateway.line.interface import Block, BlockFailed, BlockRead, Plan, Refused, Want
 from gateway.mapping.profile import Point
@@ -40,6 +41,8 @@ class Polling:
         self._readouts = {drive.name: Readout(drive, self.store) for drive in drives}
         self._ages = Ages()
         self._promised: dict[str, tuple[float, float]] = {}
+        self._left_out: dict[str, str] = {}
+        """Tags whose registers the drive has not, and how it says so."""
         self._apart: dict[str, None] = {}
         """Tags that are read outside the plan."""
         self._next_check = 0.0
@@ -57,13 +60,21 @@ class Polling:
         for drive in self._drives_on(line):
             for tag, wanted in self.demands.tags_of(drive.name):
                 for point, period in self._with_deciders(tag, wanted):
-                    if not point.select:
+                    if not point.select and drive.tag(point.name) not in self._left_out:
                         registers = drive.unit, point.address, point.words
                         periods[registers] = min(period, periods.get(registers, period))
         return [
             Want(unit, address, count, max(period, FASTEST), self._rank(period))
             for (unit, address, count), period in periods.items()
         ]
+
+    def leave_out(self, drive: Drive, reasons: Mapping[str, str], now: Instant) -> None:
+        """Read these points of a drive no more, and all others; ``reasons`` say why, by point."""
+        for tag in [tag for tag in self._left_out if split_tag(tag)[0] == drive.name]:
+            del self._left_out[tag]
+        for name, reason in reasons.items():
+            self._left_out[drive.tag(name)] = reason
+            self._mark(drive, [drive.profile.points[name]], Quality.REFUSED, reason, now.mono, now)
 
     def lines_of(self, tags: Iterable[str]) -> list[str]:
         """The lines on which these tags are, each once."""
@@ -166,9 +177,7 @@ class Polling:
         """A planned read failed. A refusal says something about the points, one silence does not."""
         if not isinstance(block.result, Refused):
             return
-        meaning = drive.profile.errors.get(block.result.code)
-        name = f" {meaning.name}" if meaning else ""
-        reason = f"the drive answers {block.result.code:02X}H{name}"
+        reason = refusal(drive, block.result.code)
         self._mark(drive, drive.points_in(block.address, block.count), Quality.REFUSED, reason, block.at, now)
 
     def lost(self, drive: Drive, quality: Quality, reason: str, now: Instant) -> None:
@@ -192,6 +201,8 @@ class Polling:
                 self.store.drop(tag)
             elif (aged := self.store.aged(tag, period, now.mono, now.wall)) is not None:
                 self._publish([aged])
+        if self.store.get(tag) is None and (reason := self._left_out.get(tag)):
+            return Sample(tag, None, Quality.REFUSED, now.wall, 0.0, None, reason)
         return self.store.sample(tag, now.wall)
 
     def _mark(

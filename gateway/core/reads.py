@@ -10,6 +10,7 @@ from gateway.core.drive import Drive, depends_on
 from gateway.core.own import OwnTags
 from gateway.core.polling import Polling
 from gateway.core.procedure import READ_AGAIN
+from gateway.core.refusals import address_codes, apart, refusal
 from gateway.line.interface import Answered, Read, Refused, Result, Silent, Unsent
 from gateway.mapping.profile import Point
 from gateway.tag import Instant, Quality, Sample
@@ -36,11 +37,12 @@ class Pending:
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """A read under way for some tags of a request. A read without an answer is asked again."""
+    """A read under way for some points of a request. A read without an answer is asked again; one that holds
+    a register that the drive has not is taken apart."""
 
     pending: Pending
-    tags: tuple[str, ...]
-    line: str
+    drive: Drive
+    points: tuple[Point, ...]
     request: Read
     deadline: float
     tries: int = 0
@@ -99,9 +101,14 @@ class Reads:
         if isinstance(result, Silent) and asked.tries < READ_AGAIN:
             self._ask_line_for(dataclasses.replace(asked, tries=asked.tries + 1), now)
             return
+        if isinstance(result, Refused) and (parts := _halves(asked, result.code)):
+            for points in parts:
+                self._ask(asked.pending, asked.drive, points, now)
+            return
         if not isinstance(result, Answered):
-            quality, reason = _quality(result)
-            for tag in asked.tags:
+            quality, reason = _quality(asked.drive, result)
+            for point in asked.points:
+                tag = asked.drive.tag(point.name)
                 asked.pending.told[tag] = Sample(tag, None, quality, now.wall, 0.0, None, reason)
         self._answer_if_complete(asked.pending, now)
 
@@ -109,16 +116,15 @@ class Reads:
         held = self._polling.store.get(tag)
         return held is not None and held.sample.quality is Quality.GOOD and now.mono - held.at <= max_age
 
-    def _ask(self, pending: Pending, drive: Drive, points: list[Point], now: Instant) -> None:
+    def _ask(self, pending: Pending, drive: Drive, points: Iterable[Point], now: Instant) -> None:
+        points = tuple(points)
         for address, count in spans(points, drive.facts.read_max):
-            inside = tuple(drive.tag(p.name) for p in points if address <= p.address < address + count)
-            asked = Asked(
-                pending, inside, drive.line, Read(drive.unit, address, count), now.mono + READ_SECONDS
-            )
-            self._ask_line_for(asked, now)
+            inside = tuple(p for p in points if address <= p.address < address + count)
+            request = Read(drive.unit, address, count)
+            self._ask_line_for(Asked(pending, drive, inside, request, now.mono + READ_SECONDS), now)
 
     def _ask_line_for(self, asked: Asked, now: Instant) -> None:
-        job = self._ask_line(asked.line, asked.request, asked.deadline)
+        job = self._ask_line(asked.drive.line, asked.request, asked.deadline)
         self._jobs[job] = asked
         asked.pending.jobs.add(job)
 
@@ -166,10 +172,19 @@ def spans(points: Iterable[Point], longest: int) -> list[tuple[int, int]]:
     return found
 
 
-def _quality(result: Result) -> tuple[Quality, str]:
+def _halves(asked: Asked, code: int) -> list[list[Point]]:
+    """What to read instead where the drive says that it has not all of these registers; none where they
+    cannot be told apart."""
+    pieces = apart(asked.points) if code in address_codes(asked.drive.profile) else []
+    middle = len(pieces) // 2
+    halves = pieces[:middle], pieces[middle:]
+    return [[point for piece in half for point in piece] for half in halves] if middle else []
+
+
+def _quality(drive: Drive, result: Result) -> tuple[Quality, str]:
     match result:
         case Refused(code):
-            return Quality.REFUSED, f"the drive answers {code:02X}H"
+            return Quality.REFUSED, refusal(drive, code)
         case Unsent("line_down"):
             return Quality.LINE_DOWN, "the line is down"
         case Unsent():

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 from gateway.line.interface import Plan, UnitFacts, Want
 from gateway.line.plan import make_plan
 from gateway.line.reachability import Unit
+from gateway.line.requests import without
 from gateway.line.schedule import Schedule
 from gateway.line.transaction import Wire
 from gateway.line.units import Units
@@ -71,7 +71,7 @@ class Planning:
 
     def _for_plan(self, facts: UnitFacts) -> UnitFacts:
         gaps = self._forbidden.get(facts.unit)
-        return replace(facts, holes=(*facts.holes, *gaps)) if gaps else facts
+        return without(facts, gaps) if gaps else facts
 
     def _read_cost(self, unit: int, count: int) -> float:
         return self._wire.read_cost(count, self._planned[unit], self._units.facts(unit).pause_read)

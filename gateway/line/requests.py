@@ -49,6 +49,15 @@ def may_read(facts: UnitFacts, address: int, count: int) -> bool:
     return facts.bridge and _known(facts, address) and _known(facts, last) and not _hole(facts, address, last)
 
 
+def without(facts: UnitFacts, gaps: tuple[tuple[int, int], ...]) -> UnitFacts:
+    """The facts of a unit of which no read takes in or passes over these addresses."""
+    readable = facts.readable
+    for first, last in gaps:
+        parts = [((low, min(high, first - 1)), (max(low, last + 1), high)) for low, high in readable]
+        readable = tuple(part for both in parts for part in both if part[0] <= part[1])
+    return replace(facts, readable=readable, holes=(*facts.holes, *gaps))
+
+
 def longer(facts: UnitFacts, read: Read) -> Iterator[Read]:
     """The read itself and longer ones that bring its registers too, one of each length, the shortest
     first."""

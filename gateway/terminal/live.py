@@ -52,7 +52,7 @@ class Found:
             return [f"it does not answer: {', '.join(sorted(reasons)) or 'nothing could be read'}"]
         if self.doubt:
             return [self.doubt]
-        told = [told for name in self.samples for told in self._contradiction(name)]
+        told = {told: None for name in self.samples for told in self._contradiction(name)}
         return [*told, *self._loss_contradiction()]
 
     @property
@@ -105,15 +105,27 @@ class Found:
         point, sample = self.point(name), self.samples[name]
         place = f"{name} ({point.register})"
         if sample.quality in _REFUSED:
-            yield f"{place} cannot be read: {sample.reason or sample.quality}"
+            yield f"{self._register(name)} cannot be read: {sample.reason or sample.quality}"
         elif sample.quality in (*_AWAY, Quality.WAITING):
-            yield f"{place} brought no value: {sample.reason or sample.quality}"
+            yield f"{self._register(name)} brought no value: {sample.reason or sample.quality}"
         elif name == STATION and sample.value != self.config.unit:
             yield f"{place} is {sample.value}, but the site says unit {self.config.unit}"
         elif _is_unnamed(point, sample):
             yield f"{place} is {sample.value}, which is none of {', '.join(point.values.values())}"
         elif _is_outside(point, sample) and name not in self.config.ranges:
             yield f"{place} is {value_text(sample, point)}, outside {_range_text(point)}"
+
+    def _register(self, name: str) -> str:
+        """A register that has no value, and what stands in it: its bits are told together."""
+        register, said = self.point(name).register.partition(".")[0], self.samples[name]
+        names = [
+            other
+            for other, sample in self.samples.items()
+            if self.point(other).register.partition(".")[0] == register
+            and (sample.quality, sample.reason) == (said.quality, said.reason)
+        ]
+        more = f" and {len(names) - 1} more" if len(names) > 1 else ""
+        return f"{names[0]}{more} ({register})"
 
 
 def found(config: DriveConfig, info: DriveInfo, samples: Sequence[Sample]) -> Found:

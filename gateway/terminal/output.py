@@ -94,6 +94,7 @@ def gap_object(gap: RefusedGap) -> dict[str, Any]:
         "last": f"{gap.last:04X}H",
         "code": f"{gap.code:02X}H",
         "found": moment(gap.time),
+        "points": list(gap.points),
         "text": gap.text,
     }
 

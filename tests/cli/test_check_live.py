@@ -168,6 +168,19 @@ def test_a_contradiction(folder: Path, name: str, value: Value | Quality, told: 
     assert seen(folder, {name: value}).contradictions == [told]
 
 
+def test_the_bits_of_a_word_that_is_refused_are_one_contradiction(folder: Path) -> None:
+    more = "wide: {at: 0009H, bits: {a: 0, b: 1, c: 2..3}}"
+    site, findings = load_site(write_site(folder, "bits", more=more))
+    assert site is not None, findings
+    info = Core(site, "0").catalogue.drives[0]
+    samples = [Sample(tag_of("fan-1", name), None, Quality.REFUSED, 1, reason="02H") for name in "abc"]
+    samples.append(Sample(tag_of("fan-1", "page"), None, Quality.REFUSED, 1, reason="02H"))
+    assert found(site.drives[0], info, samples).contradictions == [
+        "a and 2 more (0009H) cannot be read: 02H",
+        "page (0007H) cannot be read: 02H",
+    ]
+
+
 @pytest.mark.parametrize(
     ("name", "value", "told"),
     [

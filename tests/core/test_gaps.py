@@ -18,6 +18,7 @@ from gateway.mapping.profile import ErrorMeaning
 from gateway.mapping.site import Site
 from gateway.tag import Quality
 from tests.core.world import World, make_site, teco
+from tests.simulator.master import framed
 
 LEFT, RIGHT = "fan-1.output_frequency", "fan-1.output_current"
 """In 0024H and 0027H: on both sides of a gap."""
@@ -144,19 +145,162 @@ def test_a_named_register_that_is_refused_accuses_no_gap() -> None:
     del world.drives["fan-1"].model.bank.words[0x27]
     world.watch({LEFT: 0.5, RIGHT: 0.5})
     world.run(20)
-    assert health(world) == ()
+    assert [gap.points for gap in health(world)] == [("output_current",)]
     assert "gap_refused" not in world.events()
     assert world.samples(LEFT)[-1].quality is Quality.GOOD
     assert world.samples(RIGHT)[-1].quality is Quality.REFUSED
 
 
-def test_a_block_without_a_gap_is_shown_as_refused() -> None:
-    world = world_of()
-    del world.drives["fan-1"].model.bank.words[0x24]
-    world.watch({LEFT: 0.5})
+# -- registers that a drive has not although its profile names them
+
+
+NEIGHBOURS = ("output_current", "output_voltage", "scan_count", "zero_speed", "output_monitor")
+"""In 0027H to 002DH, of which 002BH is scan_count's and 002CH zero_speed's."""
+
+
+def without(*addresses: int) -> World:
+    """A 7200GS of another firmware, all neighbours of what it lacks watched."""
+    world = World(make_site())
+    lacks(world, set(addresses))
+    world.watch({f"fan-1.{name}": 0.5 for name in NEIGHBOURS})
+    return world
+
+
+def lacks(world: World, addresses: set[int]) -> None:
+    """The drive refuses what holds one of these."""
+    handle = world.drives["fan-1"].handle
+
+    def refuse(adu: bytes, now: float) -> bytes | None:
+        first = int.from_bytes(adu[2:4])
+        asked = range(first, first + int.from_bytes(adu[4:6]))
+        refused = adu[0] == 5 and adu[1] == 0x03 and not addresses.isdisjoint(asked)
+        return framed(5, 0x83, 0x02) if refused else handle(adu, now)
+
+    world.drives["fan-1"].handle = refuse  # type: ignore[method-assign]
+
+
+def reads_of(world: World, address: int, since: int) -> int:
+    """How often a register was read, after so many other reads."""
+    frames = [frame.split() for frame in world.sent("03")[since:]]
+    spans = [(int(f[2] + f[3], 16), int(f[4] + f[5], 16)) for f in frames]
+    return sum(at <= address < at + count for at, count in spans)
+
+
+def test_a_register_that_a_drive_has_not_costs_its_neighbours_nothing() -> None:
+    world = without(0x2B)
+    world.run(3)
+    for name in NEIGHBOURS:
+        seen = {s.quality for s in world.samples(f"fan-1.{name}")}
+        there = name != "scan_count"
+        assert seen <= {Quality.WAITING, Quality.GOOD if there else Quality.REFUSED}, name
+        assert world.samples(f"fan-1.{name}")[-1].quality is (Quality.GOOD if there else Quality.REFUSED)
+    assert world.samples("fan-1.scan_count")[-1].reason == "the drive answers 02H illegal_address"
+    before = len(world.sent("03"))
+    world.run(20)
+    assert reads_of(world, 0x2B, before) == 0
+    assert reads_of(world, 0x28, before) > 10
+    assert reads_of(world, 0x2C, before) > 10
+
+
+def test_it_is_found_in_few_reads_and_told_once() -> None:
+    world = without(0x2B)
+    world.run(40)
+    frames = [frame for frame in world.sent("03") if frame.startswith("05 03 00 2B")]
+    assert len(frames) <= 2
+    assert world.events().count("register_refused") == 1
+    [found] = health(world)
+    assert (found.first, found.last, found.code, found.points) == (0x2B, 0x2B, 0x02, ("scan_count",))
+    assert "fan-1 answers 02H for 002BH (scan_count)" in found.text
+    world.feed(Asked(world.session, AskDemand(997, "fan-1.scan_count")))
+    demand = next(m.demand for m in world.told[world.session] if isinstance(m, DemandIs))
+    assert (demand.reading, [gap.first for gap in demand.gaps]) == (None, [0x2B])
+
+
+def test_all_bits_of_a_missing_word_and_two_apart_are_found() -> None:
+    world = without(0x28, 0x2C)
     world.run(5)
-    assert world.samples(LEFT)[-1].quality is Quality.REFUSED
+    assert [(gap.first, len(gap.points) > 1) for gap in health(world)] == [(0x28, False), (0x2C, True)]
+    good = [world.samples(f"fan-1.{name}")[-1].quality is Quality.GOOD for name in NEIGHBOURS]
+    assert good == [True, False, True, False, True]
+
+
+def test_it_is_remembered_asked_again_once_a_minute_and_read_when_it_is_there() -> None:
+    world = without(0x2B)
+    world.run(5)
+    world = World(make_site(), memory=world.memory())
+    lacking = {0x2B}
+    lacks(world, lacking)
+    world.watch({f"fan-1.{name}": 0.5 for name in NEIGHBOURS})
+    world.run(20)
+    assert reads_of(world, 0x2B, 0) == 0
+    assert world.samples("fan-1.scan_count")[-1].quality is Quality.REFUSED
+    assert world.samples("fan-1.output_current")[-1].quality is Quality.GOOD
+    world.run(115)
+    assert reads_of(world, 0x2B, 0) == 2
+    lacking.clear()
+    world.run(65)
+    assert world.samples("fan-1.scan_count")[-1].quality is Quality.GOOD
     assert health(world) == ()
+    assert world.memory().gaps.refused["fan-1"] == []
+
+
+def test_whoever_comes_later_is_told_too_and_so_is_he_after_a_loss() -> None:
+    world = without(0x2B)
+    world.run(5)
+    world.drives["fan-1"].connected = False
+    world.run(10)
+    world.drives["fan-1"].connected = True
+    world.run(15)
+    assert world.samples("fan-1.scan_count")[-1].quality is Quality.REFUSED
+    later = world.join()
+    world.watch({"fan-1.scan_count": 1.0}, later)
+    assert [s.quality for s in world.samples("fan-1.scan_count", later)] == [Quality.REFUSED]
+
+
+def test_a_plan_on_paper_leaves_it_out() -> None:
+    world = without(0x2B)
+    world.run(5)
+    [plan] = line_plans(make_site(), known=world.memory().gaps)
+    blocks = [read.block for read in plan.forecast.reads]
+    assert not any(b.address <= 0x2B < b.address + b.count for b in blocks)
+    assert any(b.address <= 0x2A < b.address + b.count for b in blocks)
+
+
+def test_a_refusal_of_another_kind_is_no_missing_register() -> None:
+    world = World(make_site())
+    handle = world.drives["fan-1"].handle
+    world.drives["fan-1"].handle = (  # type: ignore[method-assign]
+        lambda adu, now: framed(5, 0x83, 0x22) if adu[1] == 0x03 else handle(adu, now)
+    )
+    world.watch({"fan-1.output_current": 0.5})
+    world.run(5)
+    assert health(world) == ()
+    assert world.samples("fan-1.output_current")[-1].quality is Quality.REFUSED
+
+
+def test_a_drive_that_refuses_a_block_but_none_of_its_parts_is_not_asked_for_ever() -> None:
+    world = World(make_site())
+    handle = world.drives["fan-1"].handle
+
+    def narrow(adu: bytes, now: float) -> bytes | None:
+        """Takes no read of more than one register of these."""
+        wide = adu[1] == 0x03 and adu[2:4] == b"\x00\x27" and adu[5] > 1
+        return framed(5, 0x83, 0x02) if wide else handle(adu, now)
+
+    world.drives["fan-1"].handle = narrow  # type: ignore[method-assign]
+    world.watch({"fan-1.output_current": 1.0, "fan-1.output_voltage": 1.0})
+    world.run(30)
+    assert health(world) == ()
+    assert len([frame for frame in world.sent("03") if frame.startswith("05 03 00 27 00 01")]) <= 2
+
+
+def test_what_is_read_once_is_read_apart() -> None:
+    world = World(make_site())
+    lacks(world, {0x2B})
+    world.run(1)
+    samples = world.read(*(f"fan-1.{name}" for name in NEIGHBOURS))
+    wanted = [Quality.GOOD, Quality.GOOD, Quality.REFUSED, Quality.GOOD, Quality.GOOD]
+    assert [sample.quality for sample in samples] == wanted
 
 
 def test_a_refusal_that_passes_leaves_no_trace() -> None:

@@ -62,7 +62,7 @@ async def _command(  # noqa: PLR0913 - the options of the command line
     from gateway.terminal.leasing import finish_under, hand_on
     from gateway.terminal.output import finish
     from gateway.terminal.sites import load
-    from gateway.terminal.words import arguments, command_named, commanded_named
+    from gateway.terminal.words import arguments, command_named, commanded_named, written_by
 
     async with open_bridge(load(path)) as bridge:
         found, origin = commanded_named(bridge.catalogue, drive), local_origin()
@@ -75,4 +75,5 @@ async def _command(  # noqa: PLR0913 - the options of the command line
 
         if name in STOPS:
             finish(asked, await work(), as_json)
-        await finish_under(hand_on(bridge, found, origin, hold), asked, work, hold, as_json)
+        point = written_by(found, name)
+        await finish_under(hand_on(bridge, found, origin, hold), asked, work, hold, as_json, point)

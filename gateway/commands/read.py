@@ -30,9 +30,10 @@ def read(
     """Read tags from their drives and print value, quality and time. Exit 1 if one has no value."""
     from gateway.tag import Severity
     from gateway.terminal.connect import run
+    from gateway.terminal.output import is_named
 
     samples = run(_read(site, tags, max_age, as_json))
-    if any(sample.quality.severity is Severity.BAD for sample in samples):
+    if any(sample.quality.severity is Severity.BAD and not is_named(sample) for sample in samples):
         raise typer.Exit(1)
 
 

@@ -52,4 +52,5 @@ async def _write(path: Path, assignment: str, ttl: float, confirm: str, hold: bo
             lambda: bridge.write(tag, value, origin, ttl, confirm=confirm),
             hold,
             as_json,
+            point,
         )

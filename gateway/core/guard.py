@@ -17,10 +17,13 @@ from gateway.core.drive import Drive
 from gateway.core.meaning import Meaning, is_fixed, meaning_of
 from gateway.core.store import Store
 from gateway.mapping.absent import why_absent
+from gateway.mapping.encodings import raw_span
 from gateway.mapping.profile import Command, Constant, Encoding, Kind, Limits, Point
 from gateway.modbus.encoding import EncodingError, decode, encode, insert, to_words
 from gateway.tag import OWN, Cause, Origin, Outcome, Role, Value, ValueType, Verdict
 
+INVALID = "invalid"
+"""The name of raw values that are never written: the reading is bad."""
 MESSAGE_LIMIT = 10**300
 RUN = "run"
 RUNNING = "running"
@@ -164,12 +167,26 @@ def check_value(
     Raises:
         Ended: if it is of the wrong type or out of range.
     """
+    if (raw := special_raw(point, value)) is not None:
+        check_danger(point, raw, name, consent)
+        return Fraction(raw)
     number = engineering(point.encoding, name, value)
     if is_fixed(drive, point):
         meaning = meaning_of(drive, store, replace(point, when=()))
         if isinstance(meaning, Meaning):
             check_danger(point, raw_value(drive, point, meaning, number, name), name, consent)
     return number
+
+
+def special_raw(point: Point, value: Value) -> int | None:
+    """The raw value of what is no number and has a name (``switched_off``); None for anything else, and for
+    what only says that a reading is invalid."""
+    named = {name: raw for raw, name in point.encoding.special.items() if name != INVALID}
+    raw = named.get(value) if isinstance(value, str) else None
+    span = raw_span(point.encoding)
+    if raw is None or span is None:
+        return None
+    return raw if raw <= span[1] else raw - (span[1] - span[0] + 1)  # given as bits
 
 
 def check_danger(point: Point, raw: int, name: str, consent: Consent) -> None:

@@ -18,7 +18,7 @@ from gateway.core.establishing import (
     step_values,
 )
 from gateway.core.fit import fit
-from gateway.core.guard import Ended
+from gateway.core.guard import Ended, special_raw
 from gateway.core.motion import note_shown
 from gateway.core.pacing import (
     Written,
@@ -44,7 +44,7 @@ from gateway.core.proving import READ_BACK_SECONDS, prove, read_back, value_show
 from gateway.core.sending import STEP_SECONDS, STOP_PATIENCE, end_pulse, select, transmit
 from gateway.core.starts import Starts
 from gateway.core.store import Store
-from gateway.mapping.profile import Command, Condition, Kind, Point, Step
+from gateway.mapping.profile import FREELY, Command, Condition, Kind, Point, Step
 from gateway.tag import Outcome, Verdict
 
 FOLLOW_SECONDS = 15.0
@@ -71,8 +71,10 @@ def change_point(ask: Ask, store: Store, point: Point, number: Fraction, now: fl
     """Write one point and read it back, unless it is so already."""
     drive = ask.drive
     yield from establish(drive, store, point.only_when, now)
-    raw = yield from raw_now(drive, store, point, number, point.name, now)
-    pace = drive.pace(point)
+    raw = special_raw(point, ask.wanted)
+    pace = FREELY if raw is not None else drive.pace(point)
+    if raw is None:
+        raw = yield from raw_now(drive, store, point, number, point.name, now)
     if pace.step is not None or pace.slew is not None:
         base = yield from present(drive, store, point, now)
         if not ask.own:

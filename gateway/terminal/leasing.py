@@ -15,7 +15,7 @@ from functools import partial
 
 import typer
 
-from gateway.bridge.api import Bridge, ControlState, DriveInfo, LeaseAct, OwnerInfo
+from gateway.bridge.api import Bridge, ControlState, DriveInfo, LeaseAct, OwnerInfo, PointInfo
 from gateway.tag import Origin, Outcome, Verdict, own_name
 from gateway.terminal.errors import UsageError
 from gateway.terminal.output import tell
@@ -147,14 +147,16 @@ def hand_on(bridge: Bridge, found: OwnerInfo | None, origin: Origin, hold: bool)
     return Hands([Hand(bridge, drive, origin) for drive in drives])
 
 
-async def finish_under(hand: Hand | Hands, asked: str, work: Work, hold: bool, as_json: bool) -> None:
+async def finish_under(
+    hand: Hand | Hands, asked: str, work: Work, hold: bool, as_json: bool, point: PointInfo | None = None
+) -> None:
     """Carry out a write or command, print what became of it, then hold the lease or release it.
 
     Raises:
         typer.Exit: with 1, unless it was confirmed and the lease not lost.
     """
     outcome = await hand.carry_out(work)
-    tell(asked, outcome, as_json)
+    tell(asked, outcome, as_json, point)
     done = outcome.verdict is Verdict.CONFIRMED
     if done and hold:
         done = await hand.hold()

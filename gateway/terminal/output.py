@@ -11,7 +11,7 @@ import typer
 from rich.console import Console
 
 from gateway.bridge.api import ControlState, Diagnosis, Health, PointInfo, RefusedGap
-from gateway.tag import Outcome, Sample, Value, Verdict
+from gateway.tag import Outcome, Quality, Sample, Value, Verdict
 
 
 def say(text: str) -> None:
@@ -39,9 +39,20 @@ def moment(time: int) -> str:
 
 def value_text(sample: Sample, point: PointInfo) -> str:
     """A sample's value as a person reads it: ``59.98 Hz``, ``line``, ``on``; why there is none, if so."""
+    if is_named(sample):
+        return str(sample.text)
     if sample.value is None:
         return f"- ({sample.reason})" if sample.reason else "-"
     return sample.text or with_unit(sample.value, point)
+
+
+UNREADABLE = ("invalid", "not_decimal", "not_a_number")
+"""Names of raw values that say nothing but that the reading is bad."""
+
+
+def is_named(sample: Sample) -> bool:
+    """True for what is no number and has a name of its own: ``switched_off``. It is what the drive holds."""
+    return sample.quality is Quality.INVALID and sample.text not in (None, "", *UNREADABLE)
 
 
 def with_unit(value: Value, point: PointInfo) -> str:
@@ -120,12 +131,12 @@ def finish(asked: str, outcome: Outcome, as_json: bool) -> None:
     raise typer.Exit(0 if outcome.verdict is Verdict.CONFIRMED else 1)
 
 
-def tell(asked: str, outcome: Outcome, as_json: bool) -> None:
-    """Print what became of a write or command."""
+def tell(asked: str, outcome: Outcome, as_json: bool, point: PointInfo | None = None) -> None:
+    """Print what became of a write or command; ``point`` is the one that was written."""
     if as_json:
         say_json(outcome_object(outcome))
     else:
-        say(outcome_line(asked, outcome))
+        say(outcome_line(asked, outcome, point))
 
 
 def control_object(state: ControlState) -> dict[str, Any]:
@@ -156,10 +167,14 @@ def control_line(state: ControlState) -> str:
     return "; ".join([f"{state.drive}  {state.phase}{by}{until}{then}", *filter(None, rest)])
 
 
-def outcome_line(what: str, outcome: Outcome) -> str:
+def outcome_line(what: str, outcome: Outcome, point: PointInfo | None = None) -> str:
     """An outcome on one line: what was asked, what became of it, and why if not confirmed."""
+    value = outcome.value
     why = f": {outcome.reason or outcome.cause}" if outcome.reason or outcome.cause else ""
-    shown = f" (the drive shows {outcome.value})" if outcome.value is not None else ""
+    if point is not None and value is not None:
+        name = point.values.get(value) if isinstance(value, int) else None
+        value = name or with_unit(value, point)
+    shown = f" (the drive shows {value})" if value is not None else ""
     return f"{outcome.verdict}  {what}{why}{shown}"
 
 

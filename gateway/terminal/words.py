@@ -64,6 +64,14 @@ def command_named(owner: OwnerInfo | None, name: str) -> CommandInfo | None:
     return next((command for command in owner.commands if command.name == name), None) if owner else None
 
 
+def written_by(owner: OwnerInfo | None, name: str) -> PointInfo | None:
+    """The point that the only argument of a command is about; None if there is none, or more."""
+    command = command_named(owner, name)
+    names = [argument.point for argument in command.args] if command else []
+    points = owner.points if owner and len(names) == 1 else ()
+    return next((point for point in points if point.name == names[0]), None)
+
+
 def arguments(command: CommandInfo | None, words: Sequence[str]) -> dict[str, Value]:
     """``NAME=VALUE`` words as the arguments of a command (None: of one that is not there), as far as they can
     be read. The core says what is wrong with the others.

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
-from gateway.tag import Cause, Outcome, Quality, Sample, Verdict
+from gateway.bridge.api import PointInfo
+from gateway.tag import Cause, Outcome, Quality, Sample, Value, ValueType, Verdict
 from gateway.terminal.board import Board
 from gateway.terminal.output import (
+    is_named,
     moment,
     outcome_line,
     outcome_object,
     sample_line,
     sample_object,
+    value_text,
     with_unit,
 )
 from gateway.terminal.words import points_by_tag
@@ -73,6 +78,31 @@ def test_an_outcome_says_what_the_drive_shows() -> None:
     )
     line = outcome_line("fan-1.frequency_command=60", outcome)
     assert line == "failed  fan-1.frequency_command=60: it shows another value (the drive shows 30.0)"
+
+
+def info(type: ValueType, **more: Any) -> PointInfo:
+    return PointInfo(name="p", group="g", kind="parameter", rate="slow", type=type, **more)
+
+
+@pytest.mark.parametrize(
+    ("point", "value", "shown"),
+    [
+        (info(ValueType.INTEGER, values={1: "by_g1_03"}), 1, "by_g1_03"),
+        (info(ValueType.BOOLEAN), True, "on"),
+        (info(ValueType.NUMBER, unit="Hz", step=0.1), 30.0, "30.0 Hz"),
+    ],
+)
+def test_an_outcome_shows_the_value_as_a_reading_does(point: PointInfo, value: Value, shown: str) -> None:
+    outcome = Outcome(verdict=Verdict.CONFIRMED, value=value)
+    assert outcome_line("it", outcome, point) == f"confirmed  it (the drive shows {shown})"
+
+
+def test_what_is_no_number_and_has_a_name_is_shown_by_it() -> None:
+    point = info(ValueType.INTEGER)
+    off = Sample("d.p", None, Quality.INVALID, NOON, text="switched_off", reason="switched_off")
+    bad = Sample("d.p", None, Quality.INVALID, NOON, text="invalid", reason="invalid")
+    assert (value_text(off, point), is_named(off)) == ("switched_off", True)
+    assert (value_text(bad, point), is_named(bad)) == ("- (invalid)", False)
 
 
 def test_an_outcome_for_programs_has_no_moment_that_never_came() -> None:

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from gateway.simulator.drive import Drive
 from gateway.simulator.happening import PanelSets, Trip
-from gateway.tag import Cause, Value, Verdict
+from gateway.tag import Cause, Quality, Value, Verdict
 from tests.core.world import ENGINEER, OPERATOR, World, site_of
 from tests.simulator.master import crc, framed
 
@@ -404,3 +404,14 @@ def test_bits_that_clients_write_at_once_into_one_word_are_never_lost(
     shown = {s.tag.removeprefix("fan-1."): s.value for s in world.read(*(f"fan-1.{p}" for p in last))}
     assert shown == last
     assert world.drives["fan-1"].registers[0x0001] & 0x0001
+
+
+def test_sl3_example_2_what_is_switched_off_can_be_set_and_read_by_its_name() -> None:
+    world = sl3()
+    for value, word in ((5000, "13 88"), ("switched_off", "FF FF")):
+        put(world, "p_162", value)
+        assert writes(world)[-1] == f"01 06 00 A2 {word}"
+    [sample] = world.read("drive-1.p_162")
+    assert (sample.value, sample.text, sample.quality) == (None, "switched_off", Quality.INVALID)
+    for wrong in (65535, "off"):
+        assert world.write("drive-1.p_162", wrong, ENGINEER).verdict is Verdict.REFUSED

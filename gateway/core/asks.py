@@ -201,8 +201,12 @@ class Asks:
 
     def _drive(self, name: str, cause: Cause) -> Drive:
         drive = self._drives.get(name)
-        if drive is None and name in self._off:
-            raise refuse(cause, self._off[name])
+        line = name if name in self._off else own_name(name)
+        if drive is None and line in self._lines:
+            names = ", ".join(self._lines[line][0].profile.commands)
+            raise refuse(cause, f"all drives of a line are commanded, not written to: {names}")
+        if drive is None and line in self._off:
+            raise refuse(cause, self._off[line])
         if drive is None:
             raise refuse(cause, f"there is no drive {name} (there are {', '.join(self._drives)})")
         return drive

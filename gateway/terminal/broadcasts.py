@@ -9,7 +9,7 @@ from typing import Any
 from gateway.mapping.absent import members
 from gateway.mapping.profile import Broadcast, Command, Point
 from gateway.mapping.site import DriveConfig, Site
-from gateway.tag import Role, split_tag
+from gateway.tag import Role, own_name, split_tag
 from gateway.terminal.points import point_object
 from gateway.terminal.profiles import command_object
 from gateway.terminal.sheet import command_text, doubt_text, notes, place_text, source_text
@@ -33,7 +33,13 @@ class ForAll:
         """How it reaches the wire, in words."""
         if self.role is None:
             return f"not at all: {self.config.line} has no `broadcast: {{role: ...}}` in the site file"
-        return f"by the commands of {self.config.line}, {self.role.value} and above (a stop: operator)"
+        name = self.subject.name
+        commands = self.broadcast.commands.items()
+        names = [
+            n for n, command in commands if n == name or any(name in step.write for step in command.steps)
+        ]
+        by = ", ".join(names) or "no command"
+        return f"by {by} of {self.config.line}, {self.role.value} and above (a stop: operator)"
 
 
 def explained_object(found: ForAll) -> dict[str, Any]:
@@ -75,9 +81,10 @@ def _facts(found: ForAll) -> Iterator[tuple[str, str]]:
 
 
 def broadcast_of(site: Site, tag: str) -> ForAll | None:
-    """What a tag means if it is of a broadcast layout: ``pump-2.run_forward_all``."""
+    """What a tag means if it is of a broadcast layout: ``pump-2.run_forward_all``, or of the line."""
     drive, name = split_tag(tag)
-    config = next((config for config in site.drives if config.name == drive), None)
+    owners = [config for config in site.drives if drive in (config.name, config.line, own_name(config.line))]
+    config = next(iter(owners), None)
     broadcast = config.profile.broadcast if config is not None else None
     if config is None or broadcast is None or name not in members(broadcast):
         return None

@@ -82,7 +82,7 @@ def test_who_may_command_all_drives_is_explained(pumps: Path) -> None:
     )
     (command,) = gateway("explain", pumps, "pump-1.run_forward_all", "--json").objects
     assert command["sent"]
-    assert command["reason"] == "by the commands of north, engineer and above (a stop: operator)"
+    assert command["reason"] == "by run_forward_all of north, engineer and above (a stop: operator)"
 
 
 def test_what_settings_leave_out_is_refused_with_the_setting(pumps: Path) -> None:

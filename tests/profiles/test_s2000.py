@@ -179,7 +179,11 @@ def test_broadcast_has_a_layout_of_its_own() -> None:
 def test_broadcast_commands_are_asked_of_every_drive() -> None:
     layout = S2000.broadcast
     assert layout is not None
-    assert set(layout.commands) == {"run_forward_all", "run_reverse_all", "stop_all", "reset_fault_all"}
+    motion = {"run_forward_all", "run_reverse_all", "stop_all", "reset_fault_all"}
+    others = {"set_frequency_all", "set_external_fault_all", *(f"set_terminal_{n}_all" for n in range(5, 9))}
+    assert set(layout.commands) == motion | others
+    written = {name for c in layout.commands.values() for s in c.steps for name in s.write}
+    assert written == set(layout.points), "everything in the layout can be sent"
     assert all(term.name in POINTS for c in layout.commands.values() for s in c.steps for term in s.until)
 
 

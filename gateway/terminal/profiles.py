@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from gateway.mapping.profile import (
@@ -68,7 +68,7 @@ def _address_space(
 ) -> dict[str, Any]:
     return {
         "points": [point_object(point) for point in points.values()],
-        "words": [word_object(word, points) for word in words.values()],
+        "words": [word_object(word, points) for word in _all_words(points, words)],
         "commands": [command_object(command, points) for command in commands.values()],
     }
 
@@ -83,6 +83,15 @@ def facts_object(profile: Profile) -> dict[str, dict[str, Any]]:
         key: provenance_object(profile.facts[key]) | {"stated": True} if key in profile.facts else unstated
         for key in keys
     }
+
+
+def _all_words(points: Mapping[str, Point], words: Mapping[int, Word]) -> Iterator[Word]:
+    """Every register that is cut into fields; one that means something else when it is read comes twice."""
+    for word in words.values():
+        yield word
+        others = (p for p in points.values() if p.address == word.address and p.encoding.width)
+        if read := tuple(point.name for point in others if point.name not in word.fields):
+            yield Word(word.address, image=False, fields=read, shift=word.shift)
 
 
 def word_object(word: Word, points: Mapping[str, Point]) -> dict[str, Any]:
@@ -102,10 +111,9 @@ def word_object(word: Word, points: Mapping[str, Point]) -> dict[str, Any]:
 def _unused(word: Word, points: Mapping[str, Point]) -> list[list[int]]:
     """First and last of each stretch of bits that nothing names."""
     taken = word.always_mask
-    for point in points.values():
-        cut = point.encoding
-        if point.address == word.address and cut.width:
-            taken |= ((1 << cut.width) - 1) << cut.bit
+    for name in word.fields:
+        cut = points[name].encoding
+        taken |= ((1 << cut.width) - 1) << cut.bit
     free = [bit for bit in range(16) if not taken >> bit & 1]
     starts = [bit for bit in free if bit - 1 not in free]
     ends = [bit for bit in free if bit + 1 not in free]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from fractions import Fraction
 from pathlib import Path
 
@@ -185,6 +186,15 @@ def test_broadcast_commands_are_asked_of_every_drive() -> None:
     written = {name for c in layout.commands.values() for s in c.steps for name in s.write}
     assert written == set(layout.points), "everything in the layout can be sent"
     assert all(term.name in POINTS for c in layout.commands.values() for s in c.steps for term in s.until)
+
+
+def test_what_the_document_says_beside_its_registers_is_told() -> None:
+    text = json.dumps(told("s2000"))
+    for fact in ("F5-02 (0: 1200", "G1-04 (1: r/min", "WI-K2", "SI-K2", "4 A (none to all drives at once)"):
+        assert fact in text, fact
+    layout = S2000.broadcast
+    assert layout is not None
+    assert "Reverse command 1:Run 0:Stop" in layout.points["reverse_all"].provenance.doubt
 
 
 def test_what_is_not_in_the_document_says_so() -> None:

@@ -55,6 +55,12 @@ def test_one_address_two_meanings() -> None:
     word = SL3.words[0x1001]
     assert word.image
     assert (word.always_mask, word.always_bits) == (0xFF01, 0)
+    written, read = [word for word in told("shihlin-sl3")["words"] if word["register"] == "1001H"]
+    assert (written["image"], read["image"]) == (True, False)
+    assert "run_command" in written["fields"]
+    assert read["fields"][:2] == ["running", "running_forward"]
+    assert read["unused"] == [[12, 13]]
+    assert written["unused"] == []
 
 
 def test_the_frequency_has_a_twin_that_wears() -> None:

@@ -41,7 +41,7 @@ def plan(
         console().print(plan_table(found))
         say("\n".join(f"  {note}" for note in plan_notes(found)))
 
-    changed = changed_by(load(site), what_if or ())
+    changed = changed_by(load(site, warn=True), what_if or ())
     plans = line_plans(changed.site, changed.turnaround, learned_gaps(changed.site))
     for found in plans:
         if as_json:

@@ -26,7 +26,7 @@ def run(site: SiteFile, line: Ports = None) -> None:
     from gateway.terminal.errors import CommandError
     from gateway.terminal.sites import load, read_ports
 
-    loaded = load(site)
+    loaded = load(site, warn=True)
     ports = read_ports(loaded, line or ())
     configure("supervisor")
 

@@ -33,7 +33,7 @@ def simulate(
     """
     from gateway.terminal.sites import chosen_lines, load
 
-    lines = chosen_lines(load(site), line or ())
+    lines = chosen_lines(load(site, warn=True), line or ())
     words = [word for name in lines for word in ("--line", name)]
     argv = [sys.executable, "-m", "gateway.simulator", str(site), "--dir", str(folder), *words]
     os.execv(sys.executable, argv)  # this process becomes the simulator, signals and all

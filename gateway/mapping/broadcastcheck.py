@@ -23,6 +23,10 @@ def check_sets(resolved: Resolved, report: Report) -> None:
             report.error(place, "`sets` belongs to a point of `broadcast`", "leave it out", key=True)
     for point in profile.broadcast.points.values() if profile.broadcast else ():
         _check_fixed(point, resolved.broadcast.keys[point.name].path, report)
+        if not point.access.writable:
+            message = f"`{point.name}` is only read, and nobody answers what is sent to all"
+            remedy = "give it a kind that is written, or leave it out"
+            report.error(resolved.broadcast.keys[point.name].path, message, remedy, key=True)
         if point.sets is not None:
             place = (*resolved.broadcast.keys[point.name].path, "sets")
             _check_target(point, point.sets, profile.points, place, report)

@@ -14,7 +14,17 @@ from gateway.mapping.inherit import Level, Sources
 from gateway.mapping.model import Command as RawCommand
 from gateway.mapping.model import Step as RawStep
 from gateway.mapping.node import Path
-from gateway.mapping.profile import Argument, Command, Constant, Kind, ModbusFacts, Point, Step, Term
+from gateway.mapping.profile import (
+    Argument,
+    Command,
+    Condition,
+    Constant,
+    Kind,
+    ModbusFacts,
+    Point,
+    Step,
+    Term,
+)
 from gateway.mapping.shape import nearest
 from gateway.mapping.values import Conditions, in_words, single_value
 from gateway.tag import Role
@@ -23,6 +33,7 @@ STOP = "stop"
 """The command that overtakes everything."""
 STOP_ALL = "stop_all"
 """The broadcast command that stops every drive."""
+RUNNING = "running"
 _HELD = (Kind.PARAMETER, Kind.SETPOINT)
 """Kinds that hold what was last written: no drive changes them by itself."""
 
@@ -49,6 +60,8 @@ class CommandMaker:
         path = levels[-1][0]
         self._check_args(raw, path)
         steps = tuple(self._step(step, raw, (*path, "steps", i)) for i, step in enumerate(raw.steps))
+        if name == STOP and steps and steps[-1].until:
+            self._check_stops(steps[-1].until, (*path, "steps", len(steps) - 1, "until"))
         return Command(
             name=name,
             args=MappingProxyType(dict(raw.args)),
@@ -93,12 +106,20 @@ class CommandMaker:
         known = [point for name in raw.write if (point := self._points.get(name)) is not None]
         if len(known) == len(raw.write) and all(point.access.writable for point in known):
             self._check_together(known, (*path, "write"))
+        if raw.within <= 0:
+            self._report.error((*path, "within"), "no time is left for the proof", "write a time like 2s")
         until = self._conditions.find(raw.until, (*path, "until"))
         for term in until:
             if term.name in write or term.name not in raw.write:
                 self._check_provable(term, write, (*path, "until", term.name))
         when = self._conditions.find(raw.when, (*path, "when"))
         return Step(MappingProxyType(write), until, raw.within, when)
+
+    def _check_stops(self, until: Condition, path: Path) -> None:
+        """Warn of a stop that would be confirmed while the motor turns."""
+        if RUNNING in self._points and not any(term.name == RUNNING for term in until):
+            message = f"`{STOP}` is proved without `{RUNNING}`, so it may be confirmed while the motor turns"
+            self._report.warn(path, message, f"write {{{RUNNING}: false}}", key=True)
 
     def _check_provable(self, term: Term, write: Mapping[str, Constant | Argument], path: Path) -> None:
         """Warn of a proof that the writes of its step cannot bring about."""

@@ -11,6 +11,7 @@ from pathlib import Path
 from gateway.mapping.finding import Finding
 
 SUFFIX = ".yaml"
+_PROFILE = re.compile(rb"^[\"']?profile[\"']?\s*:", re.MULTILINE)
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]*")
 
 
@@ -40,7 +41,8 @@ class Library:
 
     def names(self) -> list[str]:
         """All profiles that can be found."""
-        return sorted({file.stem for folder in self._folders for file in folder.glob(f"*{SUFFIX}")})
+        files = (file for folder in self._folders for file in folder.glob(f"*{SUFFIX}"))
+        return sorted({file.stem for file in files if is_profile(file.read_bytes())})
 
     def take(self, path: Path) -> File:
         """A file of the library. Raises `OSError` when it cannot be read."""
@@ -49,6 +51,11 @@ class Library:
             self.digest.update(data)
             self._taken.add(path)
         return File(str(path), data)
+
+
+def is_profile(data: bytes) -> bool:
+    """True for a file that says that it is a profile, whatever else is in it."""
+    return _PROFILE.search(data) is not None
 
 
 def unreadable(path: Path, error: OSError) -> Finding:

@@ -10,7 +10,7 @@ from pathlib import Path
 from gateway.mapping.examine import read_profile
 from gateway.mapping.finding import Finding, Report, has_errors, in_order
 from gateway.mapping.library import SUFFIX as SUFFIX  # noqa: PLC0414
-from gateway.mapping.library import Library, unreadable
+from gateway.mapping.library import Library, is_profile, unreadable
 from gateway.mapping.node import Path as Place
 from gateway.mapping.profile import Profile
 from gateway.mapping.reader import read
@@ -66,6 +66,9 @@ def load_site(path: Path, extra: Sequence[Path] = ()) -> tuple[Site | None, list
     root, findings = read(data, str(path))
     if root is None:
         return None, findings
+    if isinstance(root.value, dict) and "site" not in root.value and is_profile(data):
+        told = f"gateway profiles ./{path.name} reads it"
+        return None, [Finding("error", str(path), 1, 1, "this is a profile, and no site file", told)]
     report = Report(str(path), root)
     raw = validate(RawSite, report)
     if raw is None:
@@ -113,6 +116,10 @@ class _Shelf:
             file = self._library.take(path)
         except OSError as error:
             self.findings.append(unreadable(path, error))
+            return None
+        if not is_profile(file.data):
+            message = f"`{path.name}` is there, but it is no profile"
+            report.error(place, message, nearest(name, self._library.names()))
             return None
         found = read_profile(file.data, file.name, path.stem, self._library)
         self.findings += found.findings

@@ -19,6 +19,7 @@ from gateway.mapping.shape import closest
 
 _SECTION = "addresses"
 _HEX = re.compile(r"[0-9A-F]{1,4}H")
+_LONG_HEX = re.compile(r"[0-9A-F]{5,}H")
 _ALMOST_HEX = re.compile(r"(?:0[xX]|[hH])([0-9A-Fa-f]{1,4})|([0-9A-Fa-f]{1,4})[hH]", re.ASCII)
 """Ways in which others write hexadecimal."""
 _PART = re.compile(r"<([a-z]+)>")
@@ -75,6 +76,8 @@ class Notations:
             matches.insert(0, (Table.HOLDING, int(text[:-1], 16)))
         if not matches and any(_regex(pattern).fullmatch(text) for pattern in self._wrong):
             raise UnknownNotationError(f"`{text}` cannot be computed", "correct the notation")
+        if not matches and _LONG_HEX.fullmatch(text):
+            raise FormError(f"the address `{text}` is too big", "an address is 0000H to FFFFH")
         if not matches:
             raise FormError(f"`{text}` is not an address", self._remedy(text))
         if len(matches) > 1:

@@ -26,10 +26,11 @@ SIMULATED = "simulated:"
 def label(text: str) -> str:
     """A name that can be a topic level and a node id: letters, digits, ``-`` and ``_``."""
     if not LABEL.fullmatch(text):
-        meant = re.sub(r"[^A-Za-z0-9_-]+", "-", text).strip("-")
+        meant = re.sub(r"[^A-Za-z0-9_-]+", "-", text).strip("-").lstrip("_")
         remedy = "use letters, digits, - and _, like fan-1"
         known = f"did you mean `{meant}`?" if LABEL.fullmatch(meant) else remedy
-        raise FormError(f"`{text}` cannot be a name here", known)
+        why = ": what begins with `_` is the gateway's own" if text.startswith("_") else ""
+        raise FormError(f"`{text}` cannot be a name here{why}", known)
     return text
 
 

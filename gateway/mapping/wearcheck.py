@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from gateway.mapping.finding import Report
 from gateway.mapping.node import Path
-from gateway.mapping.shape import nearest
+from gateway.mapping.shape import closest, nearest
 from gateway.mapping.site import DriveConfig, Site
 
 MOST = 1000
@@ -29,7 +29,10 @@ def _check_budget(budget: int, place: Path, report: Report) -> None:
 def _check_point(drive: DriveConfig, name: str, place: Path, report: Report) -> None:
     point = drive.profile.points.get(name)
     if point is None:
-        remedy = nearest(name, [p.name for p in drive.profile.points.values() if p.wear is not None])
+        worn = [p.name for p in drive.profile.points.values() if p.wear is not None]
+        meant = closest(name, list(drive.profile.points))
+        spared = meant is not None and meant not in worn
+        remedy = f"writing `{meant}` wears nothing: leave it out" if spared else nearest(name, worn)
         report.error(place, f"`{drive.profile.name}` has no point `{name}`", remedy, key=True)
     elif point.wear is None:
         report.error(place, f"writing `{name}` wears nothing", "leave it out", key=True)

@@ -20,8 +20,9 @@ class WrongSiteError(CommandError):
     prefix = ""
 
 
-def load(path: Path) -> Site:
-    """The site of a file; its warnings go to standard error.
+def load(path: Path, *, warn: bool = False) -> Site:
+    """The site of a file. With ``warn`` its warnings go to standard error: where a gateway starts or a line
+    is planned, and not again with each question to it.
 
     Raises:
         WrongSiteError: if the file or a profile that it uses has errors.
@@ -29,7 +30,7 @@ def load(path: Path) -> Site:
     site, findings = load_site(path)
     if site is None:
         raise WrongSiteError(listed(findings))
-    if findings:
+    if findings and warn:
         sys.stderr.write(listed(findings) + "\n")
     return site
 

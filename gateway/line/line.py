@@ -32,7 +32,7 @@ from gateway.line.interface import (
     Unsent,
     Want,
 )
-from gateway.line.overhearing import Overhearing
+from gateway.line.overhearing import MANY, Overhearing
 from gateway.line.pauses import Pauses
 from gateway.line.planning import Planning
 from gateway.line.reachability import Unit
@@ -385,16 +385,16 @@ class Line:
     def _stray(self, data: bytes, now: float) -> list[Action]:
         """Bytes that nobody asked for: keep the silence after them, within reason."""
         self.trace.received(data, now)
-        self._overhearing.keep(data)
+        self._overhear(data, now, least=MANY)
         self.doctor.stray(data, now)
-        wait = now + self.gap - max(now, self._free_at)
-        held = wait + (self._held if now <= self._free_at else 0.0)  # in a silence nothing is held back
+        wait = now + self.gap - max(now, self._free_at)  # in a silence nothing is held back
+        held = wait + (self._held if now <= self._free_at else 0.0)
         if wait > 0 and held <= STRAY_HOLD:
             self._held, self._free_at = held, now + self.gap
         return []
 
-    def _overhear(self, data: bytes, now: float) -> None:
+    def _overhear(self, data: bytes, now: float, least: int = 0) -> None:
         """What other masters ask our units counts as asked and not answered."""
-        for unit, request in self._overhearing.requests(data):
+        for unit, request in self._overhearing.requests(data, least):
             if unit in self._units:
                 self._units[unit].suspicion.missed(request, now)

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from gateway.modbus.framing import Framing
 from gateway.modbus.pdu import Request, overheard
 
-KEPT = 256
-"""So many of the bytes that nobody asked for are kept until they are looked at."""
+MANY = 128
+"""So many bytes that nobody asked for are looked at even if that costs time now."""
 BEGUN = 16
 """So many of them may be the beginning of a request whose end is still to come."""
 
@@ -22,16 +22,17 @@ class Overhearing:
         self.waiting = False
         """True when something came in that was not looked at yet."""
 
-    def keep(self, data: bytes) -> None:
-        """Bytes that nobody asked for, to be looked at later."""
-        self._kept, self.waiting = (self._kept + data)[-KEPT:], True
-
-    def requests(self, data: bytes = b"") -> Iterator[tuple[int, Request]]:
-        """Unit and request of each that stands in what was kept, and in ``data`` behind it."""
+    def requests(self, data: bytes = b"", least: int = 0) -> Iterator[tuple[int, Request]]:
+        """Unit and request of each that stands in what was kept, and in ``data`` behind it. Fewer bytes than
+        ``least`` are kept, to be looked at later."""
         if not self.waiting and not data:
             return
-        heard, self._kept, self.waiting = self._kept + data, b"", False
-        used = 0
+        heard = self._kept + data
+        self.waiting = len(heard) < least
+        if self.waiting:
+            self._kept = heard
+            return
+        self._kept, used = b"", 0
         for unit, asked, used in self._framing.requests(heard):  # noqa: B007
             if (request := overheard(asked)) is not None:
                 yield unit, request

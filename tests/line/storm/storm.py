@@ -262,7 +262,8 @@ class Storm:
         arrives = self._faults.carried(data) == data
         reaches = (lambda: drive.hear(data, sent.number)) if arrives else None
         echo = self.scene.weather.echo != "none"
-        self.wire.say(self._faults.carried(data) if echo else data, reaches, audible=echo)
+        # the transceiver gives back what it sends; that may be damaged, but it is there
+        self.wire.say((self._faults.carried(data) or data) if echo else data, reaches, audible=echo)
 
     def _heard(self, data: bytes) -> None:
         if data and self.line.is_open:

@@ -22,11 +22,12 @@ def check_sets(resolved: Resolved, report: Report) -> None:
             place = (*resolved.layout.keys[point.name].path, "sets")
             report.error(place, "`sets` belongs to a point of `broadcast`", "leave it out", key=True)
     for point in profile.broadcast.points.values() if profile.broadcast else ():
-        _check_fixed(point, resolved.broadcast.keys[point.name].path, report)
-        if not point.access.writable:
-            message = f"`{point.name}` is only read, and nobody answers what is sent to all"
-            remedy = "give it a kind that is written, or leave it out"
-            report.error(resolved.broadcast.keys[point.name].path, message, remedy, key=True)
+        keys = resolved.broadcast.keys[point.name]
+        _check_fixed(point, keys.path, report)
+        if keys.traits.kind is not None and point.role is None:
+            message = f"kind `{point.kind}` is only read, and nobody answers what is sent to all"
+            remedy = "choose setpoint, switch, command or parameter"
+            report.error(keys.place("kind"), message, remedy)
         if point.sets is not None:
             place = (*resolved.broadcast.keys[point.name].path, "sets")
             _check_target(point, point.sets, profile.points, place, report)

@@ -14,7 +14,7 @@ from gateway.bridge.api import RefusedGap
 from gateway.core.drive import Drive, is_polled
 from gateway.core.gaps import Gaps
 from gateway.core.lines import settings_of
-from gateway.core.polling import Polling
+from gateway.core.polling import FASTEST, Polling
 from gateway.line.forecast import Forecast, Setup, forecast
 from gateway.line.interface import Block, UnitFacts, Want
 from gateway.line.repairs import Repair, repairs
@@ -121,7 +121,7 @@ def _by_class(wants: list[Want], rates: Mapping[str, float]) -> dict[str, tuple[
     """The wants of each rate class; classes of the same period count as the first of them."""
     names: dict[float, str] = {}
     for name, period in rates.items():
-        names.setdefault(period, name)
+        names.setdefault(max(period, FASTEST), name)
     classes: dict[str, list[Want]] = {}
     for want in wants:
         classes.setdefault(names.get(want.period, f"{want.period:g} s"), []).append(want)

@@ -16,9 +16,10 @@ from gateway.core.refusals import refusal
 from gateway.core.store import STALE_PERIODS, Store
 from gateway.line.interface import Block, BlockFailed, BlockRead, Plan, Refused, Want
 from gateway.mapping.profile import Point
+from gateway.mapping.site import SHORTEST
 from gateway.tag import Instant, Quality, Sample, split_tag
 
-FASTEST = 0.01
+FASTEST = SHORTEST
 """Seconds; nobody gets a shorter period, whatever he asks."""
 
 AGE_CHECK_SECONDS = 0.1

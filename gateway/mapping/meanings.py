@@ -78,7 +78,7 @@ PROFILE: Mapping[str, Mapping[str, Meaning]] = {
     "Pauses": {
         "read": M("after a read", "5ms", "0ms"),
         "write": M("after a write", "50ms", "0ms"),
-        "broadcast": M("after a broadcast", "100ms", "0ms"),
+        "broadcast": M("after a broadcast", "200ms", "100ms"),
     },
     "CommLoss": {
         "after": M(

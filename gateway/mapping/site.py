@@ -17,6 +17,8 @@ from gateway.tag import Role
 
 LeaseMode = Literal["session", "required", "off"]
 
+SHORTEST = 0.01
+"""Seconds; no tag is read more often."""
 SETPOINT = "frequency_command"
 """The point that ``on_expiry: {setpoint: x}`` is about."""
 

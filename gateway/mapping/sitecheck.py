@@ -13,7 +13,7 @@ from gateway.mapping.profile import Point
 from gateway.mapping.sectioncheck import check_label, check_sections
 from gateway.mapping.serialcheck import check_line
 from gateway.mapping.shape import closest, nearest
-from gateway.mapping.site import DriveConfig, Site
+from gateway.mapping.site import SHORTEST, DriveConfig, Site
 from gateway.mapping.sitefile import RawSite
 from gateway.mapping.sites import RATES
 from gateway.mapping.values import in_words
@@ -53,6 +53,9 @@ def _check_rates(raw: RawSite, report: Report) -> None:
     for name, seconds in raw.rates.items():
         if seconds <= 0:
             report.error(("rates", name), f"the rate `{name}` is not above zero", "write it like 200ms")
+        elif seconds < SHORTEST:
+            message = f"nothing is read more often than every {1000 * SHORTEST:g} ms"
+            report.warn(("rates", name), message, "write a longer time")
         if name not in RATES and name not in used and not report.lost.use(name) and not report.meant(name):
             meant = closest(name, list(RATES))
             remedy = f"did you mean `{meant}`?" if meant else "leave it out"

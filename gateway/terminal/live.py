@@ -203,7 +203,10 @@ def _loss_text(seen: Found) -> str:
     """As the profile understands the action; the action alone where it does not."""
     loss = seen.config.profile.serial.comm_loss
     understood = described(loss, seen.look) if loss.stops_when is not None or loss.blind else None
-    return understood or _comm_loss(seen) or "not known"
+    told = understood or _comm_loss(seen) or "not known"
+    point = seen.point(loss.action) if loss.action is not None and loss.action in seen.samples else None
+    raw = understood is None and point is not None and not point.values
+    return f"{told} ({point.doubt or 'the profile does not say what it means'})" if raw and point else told
 
 
 def _is_unnamed(point: PointInfo, sample: Sample) -> bool:

@@ -211,7 +211,7 @@ def _number(count: int, thing: str) -> str:
 
 
 def _seconds(seconds: float) -> str:
-    return f"{1000 * seconds:g} ms" if seconds < 1 else f"{seconds:.4g} s"
+    return f"{1000 * seconds:.3g} ms" if seconds < 1 else f"{seconds:.4g} s"
 
 
 def _ms(seconds: float) -> str:

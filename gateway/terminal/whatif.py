@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from gateway.core.planning import with_baud, with_rates
+from gateway.core.polling import FASTEST
 from gateway.mapping.site import Site
 from gateway.terminal.errors import UsageError
 from gateway.terminal.words import nearest, split
@@ -44,7 +45,7 @@ def _with(changed: Changed, key: str, text: str) -> Changed:
     if key == "reply":
         return Changed(site, _seconds(text))
     if section == "rates" and name in site.rates:
-        return Changed(with_rates(site, {name: _seconds(text)}), changed.turnaround)
+        return Changed(with_rates(site, {name: _period(text)}), changed.turnaround)
     if section == "rates":
         raise UsageError(f"there is no rate class {name!r}{nearest(name, site.rates)}")
     raise UsageError(f"{key!r} cannot be changed on paper; {KEYS} can")
@@ -59,6 +60,13 @@ def _baud(text: str) -> int:
     if not text.isdecimal() or not 300 <= int(text) <= 10_000_000:
         raise UsageError(f"{text!r} is no line speed")
     return int(text)
+
+
+def _period(text: str) -> float:
+    seconds = _seconds(text)
+    if seconds < FASTEST:
+        raise UsageError(f"nothing is read more often than every {1000 * FASTEST:g} ms")
+    return seconds
 
 
 def _seconds(text: str) -> float:

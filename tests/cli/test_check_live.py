@@ -181,6 +181,20 @@ def test_the_bits_of_a_word_that_is_refused_are_one_contradiction(folder: Path) 
     ]
 
 
+def test_an_action_whose_codes_nobody_knows_is_no_promise(folder: Path) -> None:
+    path = write_site(folder, "codes")
+    profile = folder / "codes.yaml"
+    text = profile.read_text().replace(
+        "{at: 0004H, values: {0: coast, 1: keep_running}}", "{at: 0004H, doubt: no list}"
+    )
+    profile.write_text(text)
+    site, findings = load_site(path)
+    assert site is not None, findings
+    info = Core(site, "0").catalogue.drives[0]
+    shown = found(site.drives[0], info, [Sample(tag_of("fan-1", "when_lost"), 0, Quality.GOOD, 1)])
+    assert "  when the line dies: 0 (no list)" in list(found_lines(shown))
+
+
 @pytest.mark.parametrize(
     ("name", "value", "told"),
     [

@@ -108,6 +108,7 @@ def test_what_if(site: Path) -> None:
     [
         ("speed=9", "'speed' cannot be changed on paper; baud, reply and rates.<class> can"),
         ("rates.fats=1s", "there is no rate class 'fats' (did you mean fast?)"),
+        ("rates.fast=5ms", "nothing is read more often than every 10 ms"),
         ("rates.fast=0s", "'0s' is no duration like 500ms or 2s"),
         ("baud=fast", "'fast' is no line speed"),
         ("baud", "NAME=VALUE is expected, not 'baud'"),

@@ -25,7 +25,7 @@ def check_line(line: LineConfig, raw: RawSite, report: Report) -> None:
     if line.framing != "tcp" and not report.lost.inside((*place, "framing")):
         _check_framing(line, raw, report)
         if raw.lines[line.name].serial is not None:
-            _check_serial(line, report)
+            _check_serial(line, raw, report)
 
 
 def _check_unit(drive: DriveConfig, report: Report) -> None:
@@ -52,7 +52,7 @@ def _check_framing(line: LineConfig, raw: RawSite, report: Report) -> None:
         report.error(place, message, "add framing: ascii", key=True)
 
 
-def _check_serial(line: LineConfig, report: Report) -> None:
+def _check_serial(line: LineConfig, raw: RawSite, report: Report) -> None:
     """Speed and format must be among those that every drive speaks."""
     place: Path = ("lines", line.name, "serial")
     mute = [d for d in line.drives if d.profile.serial.baud and line.baud not in d.profile.serial.baud]
@@ -60,6 +60,8 @@ def _check_serial(line: LineConfig, report: Report) -> None:
         remedy = _use(_common(line.drives, lambda serial: map(str, serial.baud)), "speed")
         report.error(place, f"{_who(mute)} {_do(mute)} not speak {line.baud} bit/s", remedy)
     mute = [d for d in line.drives if (formats := _formats(line, d)) and line.format not in formats]
+    if raw.lines[line.name].framing is None:  # of those that may speak either, that is told already
+        mute = [d for d in mute if not (d.profile.serial.rtu and d.profile.serial.ascii)]
     if mute:
         remedy = _use(_common(line.drives, lambda serial: map(str, _of(serial, line))), "format")
         message = f"{_who(mute)} {_do(mute)} not speak {line.format} in {line.framing}"

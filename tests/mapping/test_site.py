@@ -277,6 +277,15 @@ def test_a_drive_that_keeps_running_is_told(tmp_path: Path) -> None:
     assert load_site(file)[1] == []
 
 
+def test_a_framing_that_is_open_is_told_once(tmp_path: Path) -> None:
+    text = SITE.replace("fan-1: {profile: teco-7200gs", "pump-1: {profile: shihlin-sl3").replace("8N2", "8N1")
+    (tmp_path / "site.yaml").write_text(text)
+    site, findings = load_site(tmp_path / "site.yaml")
+    assert site is None
+    told = [finding.message for finding in findings if finding.file.endswith("site.yaml")]
+    assert told == ["`pump-1` (shihlin-sl3) may speak rtu or ascii"]
+
+
 def test_framing_is_never_guessed(tmp_path: Path) -> None:
     profile = small("running: {at: 0001H, bits: {on: 0}}").replace("rtu: [8N1]", "rtu: [8N1], ascii: [7E1]")
     (tmp_path / "small.yaml").write_text(profile)

@@ -69,16 +69,19 @@ def lacking(drive: Drive, raws: Raws) -> list[str]:
     """The fields that move the motor, in words of which these raw values are a part. None where one of them
     is itself written: then that is a command to the motor."""
     points = drive.profile.points
+    words = {points[name].address for name in raws if drive.word(points[name]) is not None}
+    if not words:
+        return []
     moving = dict.fromkeys(name for command in _motions(drive) for name in constants(drive, command))
     if not moving.keys().isdisjoint(raws):
         return []
-    words = {points[name].address for name in raws if drive.word(points[name]) is not None}
     return [name for name in moving if points[name].address in words]
 
 
 def note(drive: Drive, raws: Raws, *, shown: bool = False) -> None:
     """These raw values were sent: if they move or stop the motor, that is what it was commanded last."""
-    if any(name in constants(drive, command) for command in _motions(drive) for name in raws):
+    fields = [name for name in raws if drive.word(drive.profile.points[name]) is not None]
+    if any(name in constants(drive, command) for name in fields for command in _motions(drive)):
         name = _command_in(drive, raws)
         drive.commanded = None if name is None else Commanded(name, shown=shown)
 

@@ -238,14 +238,20 @@ class Control:
         def done(outcome: Outcome) -> None:
             self._leases.acted(drive, outcome)
 
+        def set_or_stop(outcome: Outcome) -> None:
+            """H10: a stop is insisted on, and nothing stands in its way; a setpoint is tried once."""
+            done(outcome)
+            if outcome.verdict not in (Verdict.CONFIRMED, Verdict.SUPERSEDED):
+                self.writing.stop_by_itself(drive, f"{why}, and its setpoint is not confirmed", done)
+
         if action == "stop":
             self.writing.stop_by_itself(drive, why, done)
             return
         assert drive.config.control.setpoint is not None
         if self._maintenance.words(drive):
-            done(refuse(Cause.MAINTENANCE, f"{drive.name} is in maintenance").outcome)
+            set_or_stop(refuse(Cause.MAINTENANCE, f"{drive.name} is in maintenance").outcome)
         else:
-            self.writing.set_by_itself(drive, drive.config.control.setpoint, why, done)
+            self.writing.set_by_itself(drive, drive.config.control.setpoint, why, set_or_stop)
 
     def _state(self, drive: Drive) -> ControlState:
         state = self._leases.state(drive, self._now)

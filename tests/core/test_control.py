@@ -116,6 +116,16 @@ def test_h10_a_setpoint_may_follow_instead() -> None:
     assert entries(world, "outcome")[-1]["what"] == SPEED
 
 
+def test_h10_where_the_setpoint_cannot_be_written_a_stop_follows() -> None:
+    """A stop is insisted on, and nothing stands in its way: here a journal that cannot be written."""
+    world = leased("setpoint: 20", 20)
+    world.command("run_forward", ANNA, frequency=60.0)
+    world.journal_problem = "disk full"
+    world.run(TTL + 5)
+    assert not running(world)
+    assert world.sent() == [RUN_60, STOP]
+
+
 def test_h10_hold_leaves_it_running() -> None:
     world = leased("hold")
     world.command("run_forward", ANNA, frequency=60.0)

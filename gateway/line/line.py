@@ -299,10 +299,10 @@ class Line:
             return [*news, *self._timed_out(done, now)] if now >= done.deadline else news
         self._over(done, done.heard_at, now)
         self.trace.answered(description(reply, doubtful=since is None), done.seeker.length)
-        tell_answered(self.doctor, self._wire, done, since is not None, now)
         if since is None:
             self.counters.damaged += 1
             return [*news, *told(done, Silent(damaged=True), now, now)]
+        tell_answered(self.doctor, self._wire, done, now)
         unit.turnaround.answered(self._wire.turnaround(done))
         new_plan = [PlanChanged()] if self._planning.follow_drift(unit, now) else []
         return [*news, *told(done, self._counted(reply), since, now), *new_plan]

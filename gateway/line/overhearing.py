@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from gateway.line.resync import READS
 from gateway.modbus import pdu
 from gateway.modbus.framing import FramingName, framing_of
 from gateway.modbus.overheard import Overheard, Sort, overheard
@@ -19,6 +18,7 @@ BEGUN = 16
 
 MOST = 126
 """One more than the registers of the longest read."""
+READS = (pdu.READ_HOLDING, pdu.READ_INPUT)
 
 
 class Overhearing:

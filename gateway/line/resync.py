@@ -12,7 +12,6 @@ request more often in a row than there were older ones open, then one of them at
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -22,8 +21,6 @@ LATE = 6
 """An answer takes so many of the longest times that it is waited for at most: five time-outs late."""
 PILED = 3
 """Late answers of a unit that answers in order delay each other, by so many times that at most."""
-
-READS = (pdu.READ_HOLDING, pdu.READ_INPUT)
 
 _NONCES = 0x10000
 _STEP = 0x6A09
@@ -72,7 +69,6 @@ class Suspicion:
         self._run: _Run | None = None
         self._proved = 0.0
         """All requests from before are over for a unit that answers in order."""
-        self._twice_until = -math.inf
         self._write = b""
         self._only_write_since = 0.0
 
@@ -84,15 +80,10 @@ class Suspicion:
         self._open.append(_Open(request, at, until, doubtful))
 
     def overheard(self, request: pdu.Request, at: float, asked: bool) -> None:
-        """Somebody else asked this, or (not ``asked``) an answer like one to this came that nobody waits for.
-        Does no open request explain it, then the unit answers twice, or there are two: for as long as answers
-        can be late nothing that it says of its registers is believed. Before it ever answered us, we may have
-        asked before we were started."""
-        unexplained = not asked and request.shape not in self.shapes(at)
-        if asked or unexplained:
+        """Somebody else asked this, or (not ``asked``) an answer like one to this came that nobody waited for.
+        If no open request explains it, the unit answers twice, or there are two: more may come like it."""
+        if asked or request.shape not in self.shapes(at):
             self.missed(request, at)
-        if unexplained and self._proved:
-            self._twice_until = at + self._horizon
 
     def wrote(self, request: bytes, at: float) -> None:
         """A write goes out, its last bit at ``at``."""
@@ -114,8 +105,6 @@ class Suspicion:
     def weigh(self, request: pdu.Request, reply: pdu.Reply, at: float, now: float) -> float | None:
         """Since when a reply is known that was heard now, and whose request was sent at ``at``; None when it
         cannot be believed."""
-        if now < self._twice_until and request.function in READS:
-            return None
         rivals = [each for each in self._still_open(now) if each.may_bring(request, reply)]
         if not rivals:
             self._run, self._proved = None, max(self._proved, at)

@@ -248,27 +248,3 @@ def test_h12_what_another_master_asks_is_heard_before_much_other_talk() -> None:
         heard += overhearing.news(frame(bytes((unit, 3, 4, 1, 2, 3, 4))), MANY)
     heard += overhearing.news()
     assert [(unit, request.pdu) for unit, request, asked in heard if asked] == [(5, asked[1:-2])]
-
-
-def test_h4_two_drives_at_one_address_are_not_believed() -> None:
-    """Each request brings two answers, the second one while the next request is answered."""
-    rng = random.Random(1)
-    first, second = (FakeUnit(registers=dict(REGISTERS), late=lambda: rng.uniform(0, 0.02)) for _ in range(2))
-    second.delay = 0.022
-    bench = Bench([facts(reply_max=0.3)], [first])
-    bench.twins.append(second)
-    bench.quiet = False
-    bench.start(*(Want(5, address, 1, 0.05) for address in (0x20, 0x22, 0x31, 0x33))).run(60)
-    assert len(wrong_values(bench)) <= 12, "a few until that shows, and whenever it was quiet for a while"
-    assert len(bench.of(BlockRead)) <= 24, "hardly anything is believed"
-
-
-def test_an_answer_that_nobody_asked_for_silences_a_unit_for_a_while_only() -> None:
-    bench = Bench([facts(reply_max=0.3)], [FakeUnit(registers=dict(REGISTERS))])
-    bench.start(Want(5, 0x20, 1, 0.2)).run(5)
-    bench.run(0.1)
-    bench.receive(frame(bytes((5, 3, 2, 0x12, 0x34))), bench.now + 0.002)
-    start = bench.now
-    bench.run(10)
-    told = [block.at for block in bench.of(BlockRead) if block.at > start + 0.1]
-    assert LATE * 0.3 - 0.1 <= told[0] - start <= LATE * 0.3 + 0.6

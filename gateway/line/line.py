@@ -80,7 +80,7 @@ class Line:
         self._pauses = Pauses()
         self._held = 0.0
         self._sent_at = -math.inf
-        self._overhearing = Overhearing(settings.framing)
+        self._overhearing = Overhearing(self._wire.framing)
         self.doctor = Doctor((facts.unit for facts in units), settings.framing, timing, settings.echo)
 
     # What can be asked about it
@@ -324,6 +324,7 @@ class Line:
         unit = self._units[done.question.unit]
         self._over(done, max(done.ends, self._free_at - self.gap), now)
         self.trace.unanswered("time-out")
+        self._overhear(done.surplus, now)
         if done.heard:
             self.counters.damaged += 1
         else:
@@ -331,7 +332,6 @@ class Line:
         self.doctor.missed(asked(self._wire, done), done.seeker.heard, now)
         unit.turnaround.missed()
         self._doubt(done)
-        self._overhear(done.surplus, now)  # which may be the reply, with something behind it
         if done.question.aside:  # what was chosen is still due: let the other units go first
             unit.blocked_until = 2 * now - done.began
         actions = told(done, Silent(damaged=done.heard), now, now, again=unit.is_new)
@@ -394,7 +394,7 @@ class Line:
         return []
 
     def _overhear(self, data: bytes, now: float, least: int = 0) -> None:
-        """What others ask our units, and answers that nobody asked for, may bring more answers."""
-        for unit, request, was_asked in self._overhearing.news(data, least):
+        """What other masters ask our units counts as asked and not answered."""
+        for unit, request in self._overhearing.requests(data, least):
             if unit in self._units:
-                self._units[unit].suspicion.overheard(request, now, was_asked)
+                self._units[unit].suspicion.missed(request, now)

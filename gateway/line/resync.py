@@ -79,12 +79,6 @@ class Suspicion:
         until = min(max(piled, at) + self._horizon, at + PILED * self._horizon)
         self._open.append(_Open(request, at, until, doubtful))
 
-    def overheard(self, request: pdu.Request, at: float, asked: bool) -> None:
-        """Somebody else asked this, or (not ``asked``) an answer like one to this came that nobody waited for.
-        If no open request explains it, the unit answers twice, or there are two: more may come like it."""
-        if asked or request.shape not in self.shapes(at):
-            self.missed(request, at)
-
     def wrote(self, request: bytes, at: float) -> None:
         """A write goes out, its last bit at ``at``."""
         if request != self._write:

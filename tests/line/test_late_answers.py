@@ -19,6 +19,7 @@ from gateway.line.interface import (
 )
 from gateway.line.overhearing import MANY, Overhearing
 from gateway.line.resync import LATE
+from gateway.modbus.framing import framing_of
 from tests.line.bench import Bench, FakeUnit, facts, frame
 
 LOOP_BACK = {"functions": (3, 8, 16), "loop_back": True}
@@ -241,10 +242,10 @@ def test_every_job_is_told_once_whatever_happens(seed: int) -> None:
 
 def test_h12_what_another_master_asks_is_heard_before_much_other_talk() -> None:
     """It was forgotten when more was said than is kept, and the drive's late answer was taken for ours."""
-    overhearing = Overhearing("rtu")
+    overhearing = Overhearing(framing_of("rtu"))
     asked = frame(bytes((5, 3, 0, 0x80, 0, 1)))
-    heard = list(overhearing.news(asked, MANY))
+    heard = list(overhearing.requests(asked, MANY))
     for unit in range(20, 60):
-        heard += overhearing.news(frame(bytes((unit, 3, 4, 1, 2, 3, 4))), MANY)
-    heard += overhearing.news()
-    assert [(unit, request.pdu) for unit, request, asked in heard if asked] == [(5, asked[1:-2])]
+        heard += overhearing.requests(frame(bytes((unit, 3, 4, 1, 2, 3, 4))), MANY)
+    heard += overhearing.requests()
+    assert [(unit, request.pdu) for unit, request in heard] == [(5, asked[1:-2])]

@@ -91,7 +91,7 @@ FLAWS: dict[str, tuple[type, str, object, dict[str, object], str]] = {
     ),
     "other masters are not heard": (
         Overhearing,
-        "news",
+        "requests",
         lambda self, data=b"", least=0: iter(()),
         {"rivals": 2.0, "twins": 2.0},
         "WRONG misattributed",

@@ -11,10 +11,6 @@ KEEP = 10_000
 KEEP_TTLS = 10
 """An id for which something was sent is remembered at least so many times its time to live."""
 
-KEEP_SECONDS = 60.0
-"""And so many seconds. After that the same id is another command: somebody who always uses one id must not
-get last week's answer."""
-
 RESTARTED = Outcome(
     verdict=Verdict.UNKNOWN,
     cause=Cause.SHUTTING_DOWN,
@@ -41,10 +37,9 @@ class Once:
         for attempt in attempts.sent.values():
             attempt.outcome = attempt.outcome or RESTARTED
 
-    def first(self, key: Key, waiter: Waiter, lived: float = 0.0) -> bool:
-        """True when this id is not remembered; otherwise the waiter is kept for its outcome, unless
-        there is one (`outcome`). ``lived`` is now."""
-        self._forget_old(key, lived)
+    def first(self, key: Key, waiter: Waiter) -> bool:
+        """True when this id was never seen; otherwise the waiter is kept for its outcome, unless
+        there is one (`outcome`)."""
         if self.outcome(key) is not None:
             return False
         if key in self._waiting:
@@ -57,12 +52,6 @@ class Once:
         """The outcome of an id that is done."""
         done = self._done.sent.get(key(*way)) or self._done.unsent.get(key(*way))
         return done.outcome if done else None
-
-    def _forget_old(self, way: Key, lived: float) -> None:
-        for table in (self._done.sent, self._done.unsent):
-            done = table.get(key(*way))
-            if done is not None and done.at + max(KEEP_TTLS * done.ttl, KEEP_SECONDS) < lived:
-                del table[key(*way)]
 
     def room(self, lived: float) -> bool:
         """True unless another id would push one out of memory before its time. ``lived`` is now."""

@@ -123,7 +123,7 @@ class Writes:
         self._now = now
         waiter = (session, request.id)
         key = self._key(session, request)
-        if key is not None and not self._once.first(key, waiter, self._trail.lived):
+        if key is not None and not self._once.first(key, waiter):
             outcome = self._once.outcome(key)
             if outcome is not None:
                 self._clients.tell(session, Done(request.id, outcome))

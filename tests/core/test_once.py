@@ -61,12 +61,3 @@ def test_h3_ids_of_earlier_runs_are_known_and_what_had_no_outcome_is_unknown() -
     assert unknown is not None
     assert unknown.verdict is Verdict.UNKNOWN
     assert not once.first(("mqtt", "open"), (1, 1))
-
-
-def test_h3_an_id_is_another_command_only_after_a_while() -> None:
-    once = Once()
-    once.first(("mqtt", "7"), (1, 1), 100.0)
-    once.finish(("mqtt", "7"), DONE, 100.0, 5.0)
-    assert not once.first(("mqtt", "7"), (1, 2), 159.0)
-    assert once.first(("mqtt", "7"), (1, 3), 161.0)
-    assert not once.first(("mqtt", "7"), (1, 4), 900.0), "it is under way"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import sys
 from typing import Any
 
 from gateway.bridge.api import Batch, DriveState, Happened, LeaseAct
@@ -17,7 +18,7 @@ PROBED_AFTER = 70.0
 """Seconds without faults after which each drive obeys again."""
 PROBE_LASTS = 1.5
 VALUE = 7.0
-HEAVY = 400_000
+HEAVY = 150_000
 """Objects that a core may hold at most."""
 
 
@@ -117,12 +118,13 @@ class Bounded(Observer):
 
 
 def _weight(root: Any) -> int:
-    """The number of objects that hang on one, types and modules not counted."""
-    seen = {id(root)}
+    """The number of objects that hang on one; types, modules and what only hangs on a module not counted."""
+    seen = {id(root), *(id(vars(module)) for module in list(sys.modules.values()) if module is not None)}
+    others = len(seen) - 1
     stack = [root]
     while stack:
         for each in gc.get_referents(stack.pop()):
             if id(each) not in seen and not isinstance(each, type) and type(each).__name__ != "module":
                 seen.add(id(each))
                 stack.append(each)
-    return len(seen)
+    return len(seen) - others

@@ -149,8 +149,8 @@ class Unasked(Observer):
     def _allowed(self, drive: DriveConfig, entry: dict[str, Any]) -> bool:
         action = drive.control.on_expiry or "hold"
         what = entry["what"].partition(".")[2]
-        if what == "stop":
-            return action == "stop" or drive.control.on_reappear == "stop"
+        if what == "stop":  # which also follows a setpoint that is not confirmed
+            return action != "hold" or drive.control.on_reappear == "stop"
         return action.startswith("setpoint") and what == SETPOINT and entry["wanted"] == 5.0
 
 

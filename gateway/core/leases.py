@@ -1,7 +1,8 @@
 """The leases of all drives, and what happens when one ends. Pure.
 
 One client at a time commands a drive. Whoever else asks is refused and told who holds it; a stop needs no
-lease. When a lease ends and something under it may still move the motor, the site's ``on_expiry`` acts once.
+lease. When a lease ends and something under it may still move the motor, the site's ``on_expiry`` acts once
+(a stop follows a setpoint that is not confirmed).
 Every change is in the journal, out of which a restart takes the leases up again: each holder has one ``ttl``
 to return (``safety.md`` H10, H11, H12).
 """

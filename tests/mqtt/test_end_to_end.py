@@ -114,7 +114,7 @@ async def test_a_setpoint_is_written_and_answered(broker: BrokerProcess) -> None
         ack = (await spy.until(ACK)).json
         assert (ack["id"], ack["verdict"], ack["v"]) == ("a1", "confirmed", 30.0)
         ((tag, value, origin, ttl, _),) = bridge.writes
-        assert (tag, value, ttl) == ("fan-1.frequency_command", 30.0, 5.0)
+        assert (tag, value, ttl) == ("fan-1.frequency_command", 30.0, pytest.approx(5.0, abs=1.0))
         assert (origin.through, origin.who, origin.role, origin.authenticated) == (
             "mqtt",
             "ann",
@@ -352,7 +352,7 @@ async def test_mqtt_5_extras(broker: BrokerProcess) -> None:
         assert answer.json["verdict"] == "confirmed"
         assert answer.correlation == b"\x01\x02"
         assert (await spy.until(ACK)).json["id"] == "x"
-        assert bridge.writes[0][3] == 3.0
+        assert 2.0 < bridge.writes[0][3] <= 3.0
         spy.send(SETPOINT, {"id": "y", "v": 5}, MessageExpiryInterval=3, ResponseTopic=FREQUENCY)
         await spy.several(2, ACK)
         assert not [m for m in spy.seen if m.topic == FREQUENCY and "verdict" in m.json]

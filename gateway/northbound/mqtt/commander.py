@@ -6,18 +6,29 @@ import logging
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
-from gateway.bridge.api import OwnerInfo
+from gateway.bridge.api import DriveInfo, OwnerInfo
 from gateway.northbound.mqtt import payload
 from gateway.northbound.mqtt.message import Incoming, Lane, Message
 from gateway.northbound.mqtt.once import Entry, Once
-from gateway.northbound.mqtt.order import Order, has_member, read_order, read_own_order, read_unknown_order
+from gateway.northbound.mqtt.order import (
+    STOPS,
+    Order,
+    has_member,
+    read_order,
+    read_own_order,
+    read_unknown_order,
+)
 from gateway.northbound.mqtt.outbox import Outbox
 from gateway.northbound.mqtt.request import TEXT_LIMIT, RejectedError, lenient_id, refused
 from gateway.northbound.mqtt.runner import LIMIT, Runner
 from gateway.northbound.mqtt.topics import Target, Topics
-from gateway.tag import Cause, Instant, Outcome, tag_of
+from gateway.tag import Cause, Instant, Outcome, Verdict, own_name, tag_of
 
 RETAINED = "retained: a command is meant once, now (publish it without retain, and clear the topic)"
+
+OVERTAKEN = Outcome(
+    verdict=Verdict.SUPERSEDED, cause=Cause.SUPERSEDED, reason="a stop that came later took its place"
+)
 
 SHOWN = 1000
 """Bytes of a payload that are shown in the journal at most."""
@@ -51,12 +62,23 @@ class Commander:
     ) -> None:
         self._topics = topics
         self._drives = {drive.name: drive for drive in drives}
+        self._members = {name: self._members_of(name) for name in self._drives}
+        self._stopped: dict[str, float] = {}
+        """When the latest stop of each drive came (monotonic)."""
         self._runner = runner
         self._outbox = outbox
         self._clock = clock
         self._once: Once[Reply] = Once()
         self.closing = False
         """Set to refuse everything but stops."""
+
+    def urgent(self, incoming: Incoming) -> bool:
+        """True for a stop: it is to be received before what came earlier. What it overtakes so is not carried
+        out after it."""
+        target = self._topics.command(incoming.topic)
+        if target is None or target.name not in STOPS or incoming.retain:
+            return False
+        return any(command.name == target.name for command in self._drives[target.drive].commands)
 
     def receive(self, incoming: Incoming) -> None:
         """Take one message. Returns at once; the answer comes when there is one."""
@@ -73,7 +95,7 @@ class Commander:
             self._runner.turn_away(what, _shown(incoming.payload), by, error.outcome)
             self._answer(self._reply(target, error.id, incoming), error.outcome)
             return
-        self._begin(order, self._reply(target, order.id, incoming))
+        self._begin(order, self._reply(target, order.id, incoming), incoming.arrived.mono)
 
     def _read(self, target: Target, incoming: Incoming) -> Order:
         """The order in a message.
@@ -106,17 +128,38 @@ class Commander:
         self._runner.turn_away(tag_of(target.drive, name), _shown(incoming.payload), by, outcome)
         self._answer(self._reply(target, id, incoming), outcome)
 
-    def _begin(self, order: Order, reply: Reply) -> None:
+    def _begin(self, order: Order, reply: Reply, arrived: float) -> None:
         if order.is_stop:
+            self._stopped.update(dict.fromkeys(self._members[order.drive], arrived))
             self._runner.stop(order, lambda outcome: self._answer(reply, outcome))
         elif (first := self._once.find(order.key, self._clock().mono)) is not None:
             self._repeat(first, order, replace(reply, repeated=True))
+        elif self._overtaken(order, arrived):
+            self._supersede(order, reply)
         elif self.closing:
             self._refuse(order, reply, Cause.SHUTTING_DOWN, "the gateway is being stopped")
         elif self._runner.full:
             self._refuse(order, reply, Cause.OVERFLOW, f"{LIMIT} commands are under way already")
         else:
-            self._start(order, reply)
+            waited = self._clock().mono - arrived
+            self._start(replace(order, ttl=max(0.0, order.ttl - waited)), reply)
+
+    def _members_of(self, name: str) -> frozenset[str]:
+        """The drives that a command for this drive or line concerns."""
+        drives = [drive for drive in self._drives.values() if isinstance(drive, DriveInfo)]
+        return frozenset(drive.name for drive in drives if name in (drive.name, own_name(drive.line)))
+
+    def _overtaken(self, order: Order, arrived: float) -> bool:
+        """True when one of its drives was told to stop by somebody who came later, but was received before.
+        What is for the gateway itself moves no motor."""
+        stops = [self._stopped.get(drive, arrived) for drive in self._members[order.drive]]
+        return not order.own and any(stop > arrived for stop in stops)
+
+    def _supersede(self, order: Order, reply: Reply) -> None:
+        """Remembered like a command that was begun: sent again, it must not follow the stop either."""
+        self._once.begin(order.key, order.fingerprint)
+        self._once.finish(order.key, OVERTAKEN, self._clock().mono)
+        self._turn_away(order, reply, OVERTAKEN)
 
     def _start(self, order: Order, reply: Reply) -> None:
         self._once.begin(order.key, order.fingerprint)
@@ -140,7 +183,9 @@ class Commander:
             self._refuse(order, reply, Cause.OVERFLOW, "repeated too often before its answer was there")
 
     def _refuse(self, order: Order, reply: Reply, cause: Cause, reason: str) -> None:
-        outcome = refused(cause, reason)
+        self._turn_away(order, reply, refused(cause, reason))
+
+    def _turn_away(self, order: Order, reply: Reply, outcome: Outcome) -> None:
         self._runner.turn_away(tag_of(order.drive, order.name), order.content, order.by, outcome)
         self._answer(reply, outcome)
 

@@ -30,6 +30,8 @@ MISC_PERIOD = 1.0
 """Seconds between looks at the keep-alive."""
 LARGEST_PACKET = 268_435_455
 """Bytes; what MQTT can express. MQTT 5 brokers tell their own limit."""
+READ_AHEAD = 64
+"""Packets that are read before anything else is done: a stop among many commands is to be found soon."""
 HEADERS = 64
 """Bytes of a PUBLISH packet beside topic and payload, generously."""
 
@@ -77,6 +79,8 @@ class Connection:
         self._answer: asyncio.Future[Answer] = self._loop.create_future()
         self._arrived: list[Incoming] = []
         self._confirmed = False
+        self._told = 0
+        """Packets of which paho told us."""
         self._watched: int | None = None
         self._writing = False
         self._misc: asyncio.TimerHandle | None = None
@@ -180,10 +184,18 @@ class Connection:
             self._watched = None
 
     def _readable(self) -> None:
-        self._call(self._client.loop_read)
+        self._call(self._read)
         sock: Any = self._client.socket()
         if sock is not None and hasattr(sock, "pending") and sock.pending():
             self._loop.call_soon(self._readable)  # TLS holds bytes that the selector cannot see
+
+    def _read(self) -> None:
+        """Read packets while some are there. (paho does not say whether it found one, but calls us back.)"""
+        for _ in range(READ_AHEAD):
+            told = self._told
+            self._client.loop_read()
+            if self._told == told:
+                return
 
     def _writable(self) -> None:
         self._call(self._client.loop_write)
@@ -243,10 +255,12 @@ class Connection:
             self._answer.set_result(answer)
 
     def _on_message(self, client: Client, data: Any, message: MQTTMessage) -> None:
+        self._told += 1
         now = Instant(time.monotonic(), time.time_ns())
         self._arrived.append(protocol.incoming(message, self.epoch, now))
 
     def _on_publish(self, client: Client, data: Any, mid: int, code: ReasonCode, more: Any) -> None:
+        self._told += 1
         message = self.unconfirmed.pop(mid, None)
         self._confirmed = True
         if code.is_failure and message is not None:

@@ -10,6 +10,7 @@ from collections.abc import AsyncIterator
 from gateway.bridge.api import Bridge, BridgeError, Replaced, Update
 from gateway.northbound.mqtt import payload
 from gateway.northbound.mqtt.commander import Commander
+from gateway.northbound.mqtt.intake import Intake
 from gateway.northbound.mqtt.link import Link
 from gateway.northbound.mqtt.outbox import Outbox
 from gateway.northbound.mqtt.publisher import Publisher
@@ -63,7 +64,8 @@ class Generation:
         if settings.role is not None:
             self._runner = Runner(bridge, settings.role, settings.broker.address)
             self._commander = Commander(topics, catalogue.owners, self._runner, outbox, clock)
-        receive = self._commander.receive if self._commander else None
+        commander = self._commander
+        receive = Intake(commander.receive, commander.urgent).put if commander else None
         self._link = Link(settings.broker, topics, outbox, catalogue.version, receive)
 
     async def run(self, updates: AsyncIterator[Update], stop: asyncio.Event) -> None:

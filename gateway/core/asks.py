@@ -58,6 +58,14 @@ class Asks:
         self._off = {own_name(line.name): why_off(line) for line in site.lines}
         self._lines = {all_.name: (all_, members) for all_, members in everybody_of(site, drives)}
 
+    def urgent(self, request: RunCommand) -> bool:
+        """True for a stop of a drive or of a line."""
+        drive = self._drives.get(request.drive)
+        if request.drive in self._lines:
+            drive = self._lines[request.drive][0]
+        command = drive.profile.commands.get(request.name) if drive is not None else None
+        return command is not None and command.urgent
+
     def prepare(
         self, number: int, session: int, request: WriteTag | RunCommand, about: Facts, now: Instant
     ) -> Prepared:

@@ -160,6 +160,10 @@ class Core:
         decided on them."""
         self.lines.transmitting(line, at)
 
+    def urgent(self, request: Call) -> bool:
+        """True for a stop, which overtakes everything else that is asked."""
+        return isinstance(request, RunCommand) and self._writes.urgent(request)
+
     def wake(self) -> float | None:
         """When a `Ticked` is next needed (monotonic)."""
         if self._aftermath.waits:
@@ -193,8 +197,8 @@ class Core:
                 self._tick()
             case PortOpened() | PortLost():
                 self._port(event)
-            case Asked(session, request):
-                self._asked(session, request)
+            case Asked(session, request, came):
+                self._asked(session, request, min(came, self._now.mono))
             case Recorded(number, problem):
                 self.trail.recorded(number, problem)
                 self._journal()
@@ -268,7 +272,7 @@ class Core:
             self.control.left(event.session)
             self._replan(self.polling.demands.leave(event.session))
 
-    def _asked(self, session: int, request: Call) -> None:
+    def _asked(self, session: int, request: Call, came: float) -> None:
         match request:
             case Watch(id, wants):
                 self._watch(session, id, wants)
@@ -279,12 +283,12 @@ class Core:
             case AskControls() | AskHealth() | AskDemand() | AskTrace():
                 self.clients.tell(session, self._inquiries.answer(request, self._now))
             case _:
-                self._asked_to_act(session, request)
+                self._asked_to_act(session, request, came)
 
-    def _asked_to_act(self, session: int, request: Act) -> None:
+    def _asked_to_act(self, session: int, request: Act, came: float) -> None:
         match request:
             case WriteTag() | RunCommand():
-                self._writes.ask(session, request, self._now)
+                self._writes.ask(session, request, came, self._now)
             case TurnedAway():
                 self._turned_away.record(self.clients.name(session), request, self._now)
             case Acknowledge(id, alarm, origin):

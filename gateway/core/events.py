@@ -64,10 +64,12 @@ class Left:
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """A client asks for something."""
+    """A client asks for something. ``came`` is when (monotonic), where it had to wait for its turn: a stop
+    that came later may have been told before."""
 
     session: int
     request: Call
+    came: float = math.inf
 
 
 @dataclass(frozen=True, slots=True)

@@ -35,7 +35,7 @@ from gateway.core.sending import UNRECORDED
 from gateway.core.trail import Trail
 from gateway.line.interface import Job, Result
 from gateway.mapping.site import SETPOINT
-from gateway.tag import Cause, Instant, Origin, Outcome, Role
+from gateway.tag import Cause, Instant, Origin, Outcome, Role, Verdict
 
 MAX_UNDER_WAY = 1000
 """Writes under way at once; more are refused (D2 of ``docs/safety.md``). Stops always pass."""
@@ -89,6 +89,8 @@ class Writes:
         self._runner = Runner(self, polling.store)
         self._pending: dict[int, Pending] = {}
         self._jobs: set[int] = set()
+        self._stopped: dict[str, float] = {}
+        """When the latest stop of each drive came (monotonic)."""
         self._last = 0
         self._now = Instant(0.0, 0)
         self._stopping = False
@@ -118,8 +120,12 @@ class Writes:
         ask = Ask(self._last, drive, "", OWN, now, deadline, about=facts)
         self._runner.start(ask, make(ask), now.mono)
 
-    def ask(self, session: int, request: WriteTag | RunCommand, now: Instant) -> None:
-        """A client writes one value, or gives a command."""
+    def urgent(self, request: RunCommand) -> bool:
+        """True for a stop."""
+        return self._asks.urgent(request)
+
+    def ask(self, session: int, request: WriteTag | RunCommand, came: float, now: Instant) -> None:
+        """A client writes one value, or gives a command, that ``came`` at this instant (monotonic)."""
         self._now = now
         waiter = (session, request.id)
         key = self._key(session, request)
@@ -135,14 +141,26 @@ class Writes:
         try:
             if self._stopping:
                 raise refuse(Cause.SHUTTING_DOWN, "the gateway is stopping")
-            ask, procedure = self._asks.prepare(self._last, session, request, facts, now)
+            timely = msgspec.structs.replace(request, ttl=request.ttl - (now.mono - came))
+            ask, procedure = self._asks.prepare(self._last, session, timely, facts, now)
+            self._check_overtaken(ask, came)
             self._check_room(ask, key)
             self._control.permits.accepted(ask, now)
         except Ended as ended:
             refused = msgspec.structs.replace(ended.outcome, asked=now.wall, done=now.wall)
             self._finish(self._last, refused)
         else:
-            self._runner.start(ask, procedure, now.mono)
+            self._start(ask, procedure, came)
+
+    def _start(self, ask: Ask, procedure: Procedure, came: float) -> None:
+        if ask.urgent:
+            self._stopped.update({drive.name: came for drive in ask.drives})
+        self._runner.start(ask, procedure, self._now.mono)
+
+    def _check_overtaken(self, ask: Ask, came: float) -> None:
+        """What came before a stop and has its turn after it is ended by it like all that was under way."""
+        if not ask.urgent and any(self._stopped.get(drive.name, came) > came for drive in ask.drives):
+            raise Ended(Verdict.SUPERSEDED, Cause.SUPERSEDED, "a stop took its place")
 
     def _key(self, session: int, request: WriteTag | RunCommand) -> Key | None:
         return (self._clients.name(session), request.key) if request.key else None
@@ -258,7 +276,7 @@ class Writes:
         """Stop a drive, as insistently as if somebody had asked for it (`control.Writing`)."""
         facts = self._own_facts(drive.tag("stop"), {}, why, done)
         ask, procedure = self._asks.own_stop(self._last, drive, by_itself(why), facts, self._now)
-        self._runner.start(ask, procedure, self._now.mono)
+        self._start(ask, procedure, self._now.mono)
 
     def set_by_itself(self, drive: Drive, value: Fraction, why: str, done: Callable[[Outcome], None]) -> None:
         """Write the drive's setpoint once (`control.Writing`)."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import dataclasses
+import math
 import secrets
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -143,9 +144,9 @@ class Shell:
         if self._clients.pop(session, None) is not None:
             self.feed(Left(session))
 
-    def ask(self, session: int, request: Call) -> None:
-        """A client asks for something."""
-        self.feed(Asked(session, request))
+    def ask(self, session: int, request: Call, came: float = math.inf) -> None:
+        """A client asks for something; it ``came`` in at that instant."""
+        self.feed(Asked(session, request, came))
 
     # -- the loop
 

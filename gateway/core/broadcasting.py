@@ -18,7 +18,8 @@ from gateway.core.establishing import establish, step_values
 from gateway.core.fit import fit
 from gateway.core.guard import Ended, check_range, refuse
 from gateway.core.motion import ALL, STOP, commanded, constants, lacking
-from gateway.core.procedure import Ask, Effect, Lane, Leave, Procedure, Prove, StopEach
+from gateway.core.procedure import Ask, Effect, Lane, Leave, Procedure, StopEach
+from gateway.core.proving import wait_for
 from gateway.core.sending import STEP_SECONDS, Sent, end_pulse, transmit
 from gateway.core.store import Store
 from gateway.mapping.broadcastcheck import PERCENT, same_layout
@@ -136,7 +137,7 @@ def _prove(ask: Ask, store: Store, step: Step, sent: Sent, within: float) -> Gen
     if not step.until:
         reason = "sent to all; nobody answers that, and nothing tells whether it was done"
         return Outcome(verdict=Verdict.UNKNOWN, cause=Cause.NO_ANSWER, reason=reason)
-    if (yield Prove(step.until, sent.at, sent.at + within)):
+    if (yield from wait_for(ask, store, step.until, sent.at, sent.at + within)):
         for member in ask.members:
             if member.commanded is not None and member.commanded.to_all:
                 member.commanded.shown = True

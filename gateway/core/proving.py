@@ -9,7 +9,7 @@ from collections.abc import Generator, Sequence
 from typing import Any
 
 from gateway.core import motion
-from gateway.core.conditions import holds, shown_as
+from gateway.core.conditions import holds, proved, shown_as
 from gateway.core.drive import Drive
 from gateway.core.procedure import (
     Ask,
@@ -22,7 +22,7 @@ from gateway.core.saying import explain
 from gateway.core.sending import Sent
 from gateway.core.store import Store
 from gateway.line.interface import Answered, Priority, Read, Silent
-from gateway.mapping.profile import Point, Step, Term
+from gateway.mapping.profile import Condition, Point, Step, Term
 from gateway.modbus.encoding import extract
 from gateway.tag import Cause, Outcome, Quality, Value, Verdict
 
@@ -31,6 +31,12 @@ READ_BACK_SECONDS = 1.0
 
 LOST_REPLY_SECONDS = 3.0
 """Time within which a read-back has to tell what became of a write whose reply was lost."""
+
+SHOW_EVERY = 0.5
+"""Seconds after which what is to prove a stop is read again, where planned reads did not bring it."""
+
+LAST_LOOK_SECONDS = 1.0
+"""Time that the last read before a proof counts as missing has to get onto the wire."""
 
 READ_BACK_PAUSE = 0.05
 LATEST_READ_SECONDS = 5.0
@@ -44,8 +50,9 @@ def read_back(
         return _by_reply(sent, points)
     request = _registers_of(ask.drive, points)
     until = sent.at + (within if sent.answered else max(within, LOST_REPLY_SECONDS))
+    priority = Priority.PROOF if ask.urgent else Priority.COMMAND
     while True:
-        finished = yield from exchange(request, Priority.COMMAND, until + LATEST_READ_SECONDS)
+        finished = yield from exchange(request, priority, until + LATEST_READ_SECONDS)
         match finished.result:
             case Answered():
                 wrong = _differing(request.address, sent, points, finished.result.words)
@@ -59,6 +66,7 @@ def read_back(
                 reason = f"sent, but the read-back failed: {explain(ask.drive, finished)}"
                 return Outcome(verdict=Verdict.UNKNOWN, cause=Cause.NO_ANSWER, reason=reason)
         yield Pause(READ_BACK_PAUSE)
+        priority = Priority.COMMAND
 
 
 def _registers_of(drive: Drive, points: Sequence[Point]) -> Read:
@@ -110,12 +118,44 @@ def _not_shown(ask: Ask, store: Store, sent: Sent, point: Point) -> Outcome:
     )
 
 
+def wait_for(
+    ask: Ask, store: Store, condition: Condition, since: float, until: float
+) -> Generator[Effect, Any, bool]:
+    """Wait until all drives of an ask show a condition in what was read after ``since``; False when they do
+    not until then. On a full line planned reads come late: what proves a stop is read next on the line, and
+    every `SHOW_EVERY`; and nobody hears that a drive does not show it before that was read at the end."""
+    reads = [read for drive in ask.drives for read in _registers_behind(drive, condition)]
+    if not ask.urgent or not reads:
+        shown: bool = yield Prove(condition, since, until)
+        if shown or not reads:
+            return shown
+    priority = Priority.PROOF if ask.urgent else Priority.COMMAND
+    while True:
+        now = since
+        for read in reads:
+            now = (yield from exchange(read, priority, until + LAST_LOOK_SECONDS)).at
+        if all(proved(drive, store, condition, since) for drive in ask.drives):
+            return True
+        if now >= until:
+            return False
+        if (yield Prove(condition, since, min(now + SHOW_EVERY, until))):
+            return True
+        priority = Priority.COMMAND
+
+
+def _registers_behind(drive: Drive, condition: Condition) -> list[Read]:
+    """The reads that bring what a condition leans on."""
+    points = [drive.profile.points[term.name] for term in condition if not term.setting]
+    readable = [point for point in points if point.access.readable and not point.select]
+    return list(dict.fromkeys(Read(drive.unit, point.address, point.words) for point in readable))
+
+
 def prove(
     ask: Ask, store: Store, step: Step, sent: Sent, outcome: Outcome
 ) -> Generator[Effect, Any, Outcome]:
     """Watch for the step's own proof. A command whose reply was lost may still be proved by it."""
-    proved = yield Prove(step.until, sent.at, sent.at + step.within)
-    if proved:
+    shown = yield from wait_for(ask, store, step.until, sent.at, sent.at + step.within)
+    if shown:
         ask.drive.expected.obeyed(sent.raws)
         motion.note_shown(ask.drive, sent.raws)
         return outcome

@@ -37,10 +37,9 @@ from gateway.core.procedure import (
     Leave,
     Pause,
     Procedure,
-    Prove,
     Report,
 )
-from gateway.core.proving import READ_BACK_SECONDS, prove, read_back, value_shown
+from gateway.core.proving import READ_BACK_SECONDS, prove, read_back, value_shown, wait_for
 from gateway.core.sending import STEP_SECONDS, STOP_PATIENCE, end_pulse, select, transmit
 from gateway.core.starts import Starts
 from gateway.core.store import Store
@@ -214,7 +213,7 @@ def stop_step(
             shown = yield from read_back(ask, store, sent, kept, STOP_AGAIN / 2)
         if shown.verdict is Verdict.CONFIRMED:
             break
-        if step.until and (yield Prove(step.until, sent.at, sent.at + STOP_AGAIN)):
+        if step.until and (yield from wait_for(ask, store, step.until, sent.at, sent.at + STOP_AGAIN)):
             note_shown(ask.drive, raws)
             return Outcome(verdict=Verdict.CONFIRMED), sent.at
         if not step.until:

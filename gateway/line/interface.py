@@ -20,10 +20,12 @@ class Priority(IntEnum):
 
     STOP = 0
     """Overtakes everything but the transaction on the wire; sent even to a drive held to be down."""
-    COMMAND = 1
+    PROOF = 1
+    """The reads that tell whether a stop was obeyed: they do not wait until planned reads had their share."""
+    COMMAND = 2
     """Writes of commands and setpoints, and the reads that prove them."""
-    READ = 2
-    PROBE = 3
+    READ = 3
+    PROBE = 4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,7 +1,7 @@
 """What goes onto the line next: one decision, one transaction.
 
-Order: stop; commands; reads by deadline (earliest first, each block keeping its phase); probes. Commands
-leave reads half of the line: what a command took is owed to the reads that waited meanwhile.
+Order: stop; the proof of a stop; commands; reads by deadline (earliest first, each block keeping its phase);
+probes. Commands leave reads half of the line: what a command took is owed to the reads that waited meanwhile.
 """
 
 from __future__ import annotations
@@ -146,6 +146,8 @@ class Schedule:
         """What should go out now; None when nothing is due. Nothing is taken out."""
         if (stop := self._next_stop(now, stop_at)) is not None:
             return stop
+        if (proof := self._first(Priority.PROOF, now, ready_at)) is not None:
+            return proof
         read = self._next_read(now, ready_at)
         if read is None:
             self._owed = 0.0
@@ -163,7 +165,7 @@ class Schedule:
         """Account for line time: commands run up a debt to the reads, reads pay it off."""
         if isinstance(choice, Waiting) and choice.job.priority is Priority.STOP:
             self._stops[choice.unit] = max(self._stops.values(), default=0) + 1
-        if isinstance(choice, Waiting) and choice.job.priority is Priority.COMMAND:
+        if isinstance(choice, Waiting) and choice.job.priority in (Priority.PROOF, Priority.COMMAND):
             self._owed += seconds
         elif isinstance(choice, Due) or (
             isinstance(choice, Waiting) and choice.job.priority is Priority.READ

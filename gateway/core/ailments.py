@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -25,6 +26,7 @@ SEVERITY: Mapping[Illness, Severity] = MappingProxyType(
         Illness.ECHO_MISSING: "error",
         Illness.FOREIGN_MASTER: "error",
         Illness.TWO_DRIVES: "error",
+        Illness.LATE_ANSWERS: "warning",
         Illness.DRIVE_SILENT: "warning",
         Illness.NOISE: "warning",
         Illness.LATENCY_TIMER: "warning",
@@ -44,6 +46,11 @@ class Place:
         """A drive by name and address; the address alone of one that the site does not have."""
         known = next((drive.name for drive in self.config.drives if drive.unit == unit), None)
         return f"unit {unit}" if known is None else f"{known} (unit {unit})"
+
+    def profile(self, unit: int) -> str:
+        """The name of a drive's profile, in brackets; empty of one that the site does not have."""
+        known = next((drive.profile.name for drive in self.config.drives if drive.unit == unit), None)
+        return "" if known is None else f" ({known})"
 
     def names(self, units: Sequence[int], most: int = 4) -> str:
         """Several drives; with many, the first ones and the number of the others."""
@@ -163,6 +170,23 @@ def _two_drives(finding: Finding, place: Place) -> tuple[str, str]:
     )
 
 
+def _late_answers(finding: Finding, place: Place) -> tuple[str, str]:
+    [unit] = finding.units
+    milliseconds, longest = _n(finding, "milliseconds"), _n(finding, "longest")
+    then = "it is waited for longer" if finding.evidence["replies"] else "they are not waited for so long"
+    return (
+        f"answers of {place.name(unit)} come after {milliseconds} ms, and its profile says {longest} ms at "
+        f"most: {then}",
+        f"raise the end of `reply` in its profile{place.profile(unit)} to {_next_round(milliseconds)}ms; "
+        "look at what lies between (a radio, a device server)",
+    )
+
+
+def _next_round(milliseconds: int) -> int:
+    """Half as much again, as people write it."""
+    return 50 * math.ceil(1.5 * milliseconds / 50)
+
+
 def _drive_silent(finding: Finding, place: Place) -> tuple[str, str]:
     answering, unanswered = _n(finding, "answering"), _count(_n(finding, "unanswered"), "request")
     others = f"{_count(answering, 'other')} {'does' if answering == 1 else 'do'}"
@@ -204,6 +228,7 @@ _WORDS: Mapping[Illness, Words] = MappingProxyType(
         Illness.ECHO_MISSING: _echo_missing,
         Illness.FOREIGN_MASTER: _foreign_master,
         Illness.TWO_DRIVES: _two_drives,
+        Illness.LATE_ANSWERS: _late_answers,
         Illness.DRIVE_SILENT: _drive_silent,
         Illness.NOISE: _noise,
         Illness.LATENCY_TIMER: _latency_timer,

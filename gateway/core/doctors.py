@@ -22,6 +22,8 @@ from gateway.tag import Instant, own_name, tag_of
 
 EVERY = 1.0
 """Seconds between two looks at a line."""
+OF_ONE_DRIVE = (Illness.TWO_DRIVES, Illness.LATE_ANSWERS)
+"""These are found of each drive by itself."""
 HEALTHY = "healthy"
 """The condition of a line without a finding."""
 TOLD_OTHERWISE = frozenset[str](
@@ -99,13 +101,13 @@ class Doctors:
 
 def _ours(name: str) -> bool:
     """True for the name of an alarm that is raised here."""
-    return name in set(Illness) or name.startswith(f"{Illness.TWO_DRIVES}_")
+    return name in set(Illness) or name.startswith(tuple(f"{illness}_" for illness in OF_ONE_DRIVE))
 
 
 def _key(finding: Finding) -> str:
     """What a finding is known by from one look to the next."""
     code = finding.illness.value
-    return f"{code}_{finding.units[0]}" if finding.illness is Illness.TWO_DRIVES else code
+    return f"{code}_{finding.units[0]}" if finding.illness in OF_ONE_DRIVE else code
 
 
 def _subjects(found: Mapping[str, Diagnosis]) -> list[tuple[str, tuple[str, ...]]]:

@@ -10,7 +10,7 @@ from gateway.line.transaction import Transaction, Wire
 def asked(wire: Wire, done: Transaction) -> Asked:
     """The request of a transaction."""
     size = wire.framing.size(done.question.request.reply_length)
-    return Asked(done.question.unit, done.data, size, done.ends)
+    return Asked(done.question.unit, done.data, size, done.ends, done.heard_at)
 
 
 def tell_answered(doctor: Doctor, wire: Wire, done: Transaction, now: float) -> None:

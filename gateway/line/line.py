@@ -81,7 +81,7 @@ class Line:
         self._held = 0.0
         self._sent_at = -math.inf
         self._overhearing = Overhearing(self._wire.framing)
-        self.doctor = Doctor((facts.unit for facts in units), settings.framing, timing, settings.echo)
+        self.doctor = Doctor(self._units.longest(), settings.framing, timing, settings.echo, self._units.late)
 
     # What can be asked about it
 

@@ -21,6 +21,12 @@ PROBE_SHARE_ALONE = 0.25
 """The same while no unit answers: there is nobody to take it from."""
 PROBE_PERIOD = 5.0
 """Least seconds between two probes of one unit."""
+GROWTH = 2.0
+"""A unit whose answers keep coming too late is waited for up to so many times what its profile says ..."""
+PATIENCE = 1.0
+"""... but for that no longer than so many seconds: all others wait as long."""
+LATER = 1.25
+"""By what to wait longer than late answers took."""
 PATIENT_EVERY = 16
 """Of so many probes one waits as long as the profile says a reply can take, the others a usual time."""
 
@@ -34,6 +40,9 @@ class Turnaround:
         self._deviation = 0.0
         self._peak = 0.0
         self._missed = 0
+        self._late = 0.0
+        """How long the last answer took that came too late; 0 when none did."""
+        self._grown = 0.0
 
     @property
     def usual(self) -> float:
@@ -42,8 +51,9 @@ class Turnaround:
 
     @property
     def longest(self) -> float:
-        """The profile's word, but never below the floor."""
-        return max(FLOOR, self._facts.reply_max)
+        """The profile's word, or what was learned of late answers; but never below the floor."""
+        profile = max(FLOOR, self._facts.reply_max)
+        return max(profile, min(self._grown, GROWTH * profile, PATIENCE))
 
     @property
     def limit(self) -> float:
@@ -56,7 +66,7 @@ class Turnaround:
     @property
     def probe_limit(self) -> float:
         """How long a probe usually waits."""
-        return min(max(8 * self.usual, 2 * FLOOR), self.longest)
+        return min(max(8 * self.usual, 2 * FLOOR, self._grown), self.longest)
 
     def answered(self, seconds: float) -> None:
         """A reply began so long after its request."""
@@ -72,6 +82,12 @@ class Turnaround:
     def missed(self) -> None:
         """No reply came in time."""
         self._missed += 1
+
+    def late(self, seconds: float) -> None:
+        """A reply began so long after a request that was not waited for any more. The shorter time of two
+        counts: one could be the answer to a younger request than it is held to be."""
+        self._grown = max(self._grown, LATER * min(seconds, self._late))
+        self._late = seconds
 
 
 class Unit:
@@ -129,6 +145,11 @@ class Unit:
         self.probed_at = now
         self._probes = 1
         return True
+
+    def late(self, seconds: float) -> None:
+        """It began a reply so long after a request that was not waited for any more."""
+        self.turnaround.late(seconds)
+        self.suspicion.slower(self.turnaround.longest)
 
     def forget(self) -> None:
         """The port was closed: whether the unit answers is not known any more."""

@@ -72,6 +72,10 @@ class Suspicion:
         self._write = b""
         self._only_write_since = 0.0
 
+    def slower(self, longest: float) -> None:
+        """The unit is waited for so many seconds now, no fewer than before."""
+        self._horizon = LATE * longest
+
     def missed(self, request: pdu.Request, at: float, doubtful: bool = False) -> None:
         """A request whose last bit went out at ``at`` has no answer, or a ``doubtful`` one."""
         last = self._open[-1] if self._open else None

@@ -47,6 +47,14 @@ class Units:
             raise ValueError(f"there is no unit {unit} on this line")
         return self._units[unit].facts
 
+    def longest(self) -> dict[int, float]:
+        """How many seconds the reply of each unit is waited for at most."""
+        return {number: unit.turnaround.longest for number, unit in self._units.items()}
+
+    def late(self, unit: int, seconds: float) -> None:
+        """A unit began a reply so long after a request that was not waited for any more."""
+        self._units[unit].late(seconds)
+
     def ready_at(self, unit: int) -> float:
         """The instant from which a unit may be asked; infinite while it is held to be down."""
         return -math.inf if unit == BROADCAST else self._units[unit].ready_at

@@ -142,12 +142,18 @@ EVIDENCE = {
     Illness.ECHO_MISSING: {"replies_without_echo": 4, "echoes": 0},
     Illness.FOREIGN_MASTER: {"requests": 1, "replies": 3},
     Illness.TWO_DRIVES: {"second_replies": 5, "contradicting": 2, "replies": 9},
+    Illness.LATE_ANSWERS: {"replies": 0, "too_late": 3, "milliseconds": 310, "longest": 200},
     Illness.DRIVE_SILENT: {"unanswered": 3, "answering": 1},
     Illness.NOISE: {"damaged": 4, "strays": 1, "replies": 200, "drives": 2},
     Illness.LATENCY_TIMER: {"replies": 64, "on_grid": 0.99, "milliseconds": 16, "spread_ms": 4.1},
     Illness.ECHO_UNDECLARED: {"echoes": 20},
 }
-UNITS = {Illness.FOREIGN_MASTER: (5, 17), Illness.TWO_DRIVES: (5,), Illness.DRIVE_SILENT: (5,)}
+UNITS = {
+    Illness.FOREIGN_MASTER: (5, 17),
+    Illness.TWO_DRIVES: (5,),
+    Illness.LATE_ANSWERS: (5,),
+    Illness.DRIVE_SILENT: (5,),
+}
 
 
 @pytest.mark.parametrize("illness", Illness)

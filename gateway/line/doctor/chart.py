@@ -19,6 +19,12 @@ INCIDENTS = 512
 """Incidents that are remembered at most."""
 ARRIVALS = 64
 """Replies whose moment of arrival is remembered."""
+OWED = 16
+"""Replies of a unit that are known to be missing, at most."""
+LATES = 8
+"""Late replies of a unit that are remembered."""
+UNHEARD = 4
+"""Requests that bring nothing, not even a late reply, after which a unit is no longer late but silent."""
 NOBODY = -1
 """The unit of what no unit can be blamed for."""
 
@@ -40,6 +46,8 @@ class Kind(Enum):
     """A valid reply to a request that is not ours."""
     NO_ECHO = "no echo"
     """A reply without the echo that the site declares."""
+    LATE = "late"
+    """The reply to a request of ours that was not waited for any more."""
     STRAY = "stray"
     """Bytes out of nowhere that are no frame."""
 
@@ -92,6 +100,13 @@ class Seconds:
         self._newest = second
 
 
+class Owed(NamedTuple):
+    """A reply that may still come late: when its request ended, and its length on the wire."""
+
+    ended: float
+    size: int
+
+
 @dataclass(slots=True)
 class UnitChart:
     """One unit, since the port was opened. ``misses``: requests without an answer since the last answer."""
@@ -101,8 +116,11 @@ class UnitChart:
     missed_at: float = -math.inf
     down_at: float = -math.inf
     misses: int = 0
-    owed: int = 0
-    """Replies that may still come late."""
+    owed: deque[Owed] = field(default_factory=lambda: deque(maxlen=OWED))
+    lates: deque[float] = field(default_factory=lambda: deque(maxlen=LATES))
+    """Seconds that late replies took to begin, those since it last answered in the time of its profile."""
+    unheard: int = 0
+    """Requests since the last late reply that brought none."""
 
 
 class Chart:
@@ -133,12 +151,21 @@ class Chart:
         chart.answered_at = self.answered_at = now
         chart.misses = 0
 
+    def late(self, unit: int, seconds: float, now: float) -> None:
+        """A reply began so long after a request of ours that was not waited for any more."""
+        chart = self.units[unit]
+        chart.lates.append(seconds)
+        chart.unheard = 0
+        self._incidents.append(Incident(now, unit, Kind.LATE))
+
     def missed(self, incident: Incident) -> None:
         """A request was not answered."""
         chart = self.units[incident.unit]
         chart.missed_at = incident.at
         chart.misses += 1
-        chart.owed += incident.kind is Kind.SILENT
+        chart.unheard += 1
+        if chart.unheard >= UNHEARD:
+            chart.lates.clear()
         self._incidents.append(incident)
 
     def note(self, incident: Incident) -> None:

@@ -7,10 +7,10 @@ little work each time. `examine` is for now and then.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from gateway.line.doctor.chart import NOBODY, Arrival, Chart, Incident, Kind
+from gateway.line.doctor.chart import NOBODY, Arrival, Chart, Incident, Kind, Owed
 from gateway.line.doctor.figures import LineFigures, UnitFigures
 from gateway.line.doctor.finding import Finding, Illness
 from gateway.line.doctor.rules import Patient, findings
@@ -33,20 +33,32 @@ LATE = 8.0
 @dataclass(frozen=True, slots=True)
 class Asked:
     """A request that is over: what was sent to a unit, and the length of the normal reply to it on the wire.
-    Its last bit left at ``ended``."""
+    Its last bit left at ``ended``; the last byte since then came at ``heard_at``, if any did."""
 
     unit: int
     frame: bytes
     size: int
     ended: float
+    heard_at: float = 0.0
 
 
 class Doctor:
-    """The doctor of one line. Times are seconds of the monotonic clock."""
+    """The doctor of one line. Times are seconds of the monotonic clock. ``longest`` is how many seconds the
+    reply of each unit takes at most, by its profile; ``on_late`` gets a unit, and how long after its request
+    it began a reply that came when it was not waited for any more."""
 
-    def __init__(self, units: Iterable[int], framing: FramingName, timing: Timing, echo: bool) -> None:
+    def __init__(
+        self,
+        longest: Mapping[int, float],
+        framing: FramingName,
+        timing: Timing,
+        echo: bool,
+        on_late: Callable[[int, float], None] = lambda unit, seconds: None,
+    ) -> None:
         self.line = LineFigures()
-        self.units = {unit: UnitFigures() for unit in units}
+        self.units = {unit: UnitFigures() for unit in longest}
+        self._longest = dict(longest)
+        self._on_late = on_late
         self._chart = Chart(self.units)
         self._framing = framing
         self._timing = timing
@@ -73,7 +85,7 @@ class Doctor:
     def sent(self, unit: int, size: int, probe: bool, now: float) -> None:
         """A request of so many bytes goes out."""
         if self._strays:
-            self._listen(self._strays, now)
+            self._listen(self._strays, self._quiet_since)
             self._strays = b""
         if now - self._quiet_since < self._timing.gap - self._slack:
             self.line.violations += 1
@@ -94,6 +106,8 @@ class Doctor:
         self._quiet_since = heard_at
         self._chart.answered(asked.unit, heard_at)
         self._chart.arrivals.append(Arrival(asked.unit, heard_at, after, duration))
+        if turnaround <= self._longest[asked.unit]:
+            self._chart.units[asked.unit].lates.clear()
         if before or self._echo:
             self._in_front(asked, before, heard_at)
         self._sent, self._replies[asked.unit] = asked.frame, reply
@@ -110,10 +124,14 @@ class Doctor:
             self._chart.note(Incident(now, asked.unit, Kind.NO_ECHO))
         kind = Kind.GARBLED if garbled else Kind.SILENT
         like, long = self._like(body, asked), len(body) >= asked.size + LEAST
+        if own and not self._echo:
+            self._own_late(asked, own)
         self._chart.missed(Incident(now, asked.unit, kind, like, long))
+        if kind is Kind.SILENT:
+            self._chart.units[asked.unit].owed.append(Owed(asked.ended, asked.size))
         for frame in known.frames:
             if frame not in own:  # a late reply is no illness
-                self._stranger(frame, now)
+                self._stranger(frame, asked.heard_at)
         if body:
             self._quiet_since = max(self._quiet_since, now - self._timing.gap)
 
@@ -152,7 +170,7 @@ class Doctor:
             self._listen(self._strays, self._quiet_since)
             self._strays = b""
         self._chart.forget(now)
-        return findings(Patient(self._chart, frozenset(down), self._echo, now))
+        return findings(Patient(self._chart, frozenset(down), self._echo, self._longest, now))
 
     # What came in
 
@@ -190,16 +208,33 @@ class Doctor:
         elif (again := self._unasked(frame, now)) is not None:
             self._chart.note(Incident(now, frame.unit, again))
 
+    def _own_late(self, asked: Asked, frames: Sequence[Overheard]) -> None:
+        """Replies of the unit that was asked, and none of them the one that was due."""
+        for frame in frames:
+            if self._chart.units[asked.unit].owed and frame.frame != asked.frame:
+                self._late(frame, asked.heard_at)
+
+    def _late(self, frame: Overheard, now: float) -> None:
+        """A reply of one of our units to a request that was given up: the oldest that it fits, if any."""
+        owed, size = self._chart.units[frame.unit].owed, len(frame.frame)
+        found = next((one for one in owed if one.size == size), None)
+        owed.remove(found or owed[0])
+        if found is not None:
+            after = max(0.0, now - self._timing.duration(size) - found.ended)
+            self._chart.late(frame.unit, after, now)
+            self._on_late(frame.unit, after)
+
     def _unasked(self, frame: Overheard, now: float) -> Kind | None:
         """What a reply of one of our units is: to somebody else, late, or one too many."""
         chart = self._chart.units[frame.unit]
         unit, at = self._foreign
         if unit == frame.unit and now - at < SECOND:
             return Kind.REPLY
-        if chart.owed and now - chart.missed_at < LATE:
-            chart.owed -= 1
+        while chart.owed and now - chart.owed[0].ended >= LATE:
+            chart.owed.popleft()
+        if chart.owed:
+            self._late(frame, now)
             return None
-        chart.owed = 0
         if now - chart.answered_at > SECOND:
             return Kind.REPLY
         last = self._replies.get(frame.unit, b"")

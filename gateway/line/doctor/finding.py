@@ -23,6 +23,8 @@ class Illness(StrEnum):
     """Somebody else asks on this line."""
     TWO_DRIVES = "two_drives"
     """Two drives seem to have one address."""
+    LATE_ANSWERS = "late_answers"
+    """A drive answers, but later than its profile says."""
     DRIVE_SILENT = "drive_silent"
     """Some drives do not answer, others do."""
     NOISE = "noise"

@@ -8,8 +8,9 @@ An illness that explains what another rule saw comes first and is told alone.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from statistics import median
 
 from gateway.line.doctor.chart import NOBODY, Chart, Incident, Kind
 from gateway.line.doctor.finding import Finding, Illness
@@ -31,11 +32,13 @@ within ten seconds while none of them answers."""
 
 @dataclass(frozen=True, slots=True)
 class Patient:
-    """What the rules look at. ``down`` are the units that are held to be down, ``echo`` is declared."""
+    """What the rules look at. ``down`` are the units that are held to be down, ``echo`` is declared,
+    ``longest`` is how long the reply of each unit takes at most by its profile (seconds)."""
 
     chart: Chart
     down: frozenset[int]
     echo: bool
+    longest: Mapping[int, float]
     now: float
 
     def recent(self, *kinds: Kind, unit: int | None = None) -> list[Incident]:
@@ -46,7 +49,12 @@ class Patient:
     @property
     def heard_frames(self) -> bool:
         """True when valid frames of strangers came in lately: then the speed is right."""
-        return bool(self.recent(Kind.REQUEST, Kind.REPLY, Kind.DOUBLED, Kind.CONTRADICTED))
+        return bool(self.recent(Kind.REQUEST, Kind.REPLY, Kind.DOUBLED, Kind.CONTRADICTED, Kind.LATE))
+
+    @property
+    def late(self) -> frozenset[int]:
+        """Units whose replies come when nobody waits for them any more: they are not silent."""
+        return frozenset(unit for unit, known in self.chart.units.items() if known.lates)
 
 
 Rule = Callable[[Patient], Iterator[Finding]]
@@ -79,6 +87,8 @@ def all_silent(patient: Patient) -> Iterator[Finding]:
     """Nobody answers, and nothing else comes in."""
     chart, now = patient.chart, patient.now
     mute = [known for known in chart.units.values() if known.misses]
+    if patient.late:
+        return
     heard = any(known.answered_at > -math.inf and not known.misses for known in chart.units.values())
     if not mute or heard or list(chart.incidents(now - RECENT, Kind.GARBLED)):
         return
@@ -135,11 +145,25 @@ def _collided(patient: Patient, unit: int) -> dict[str, float]:
     return {"garbled": len(mine), "replies": good, "garbled_of_others": theirs, "replies_of_others": others}
 
 
+def late_answers(patient: Patient) -> Iterator[Finding]:
+    """Replies that take longer than the profile says: too late, or waited for since that was learned."""
+    chart, since = patient.chart, patient.now - 2 * RECENT
+    for unit, longest in patient.longest.items():
+        late = chart.units[unit].lates
+        taken = [one.after - one.duration for one in chart.arrivals if one.unit == unit and one.at > since]
+        slow, lost = ([each for each in some if each > longest] for some in (taken, late))
+        if len(slow) + len(lost) >= ENOUGH:
+            usual = median(slow or lost)
+            evidence = {"replies": len(slow), "too_late": len(lost)}
+            times = {"milliseconds": round(1000 * usual), "longest": round(1000 * longest)}
+            yield Finding(Illness.LATE_ANSWERS, (unit,), {**evidence, **times})
+
+
 def drive_silent(patient: Patient) -> Iterator[Finding]:
     """Some are held to be down because nothing comes back, others answer."""
     chart = patient.chart
     garbled = {one.unit for one in patient.recent(Kind.GARBLED)}
-    silent = tuple(sorted(patient.down - garbled))
+    silent = tuple(sorted(patient.down - garbled - patient.late))
     if silent and chart.answered_at > max(chart.units[unit].down_at for unit in silent):
         misses = sum(chart.units[unit].misses for unit in silent)
         answering = len(chart.units) - len(patient.down)
@@ -191,6 +215,7 @@ EXPLAINING: Sequence[tuple[Rule, frozenset[Illness]]] = (
     (all_silent, frozenset(Illness)),
     (foreign_master, frozenset({Illness.TWO_DRIVES, Illness.NOISE})),
     (two_drives, frozenset({Illness.NOISE})),
+    (late_answers, frozenset()),
     (drive_silent, frozenset()),
     (noise, frozenset({Illness.LATENCY_TIMER})),
     (latency, frozenset()),

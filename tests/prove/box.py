@@ -93,7 +93,7 @@ class Box:
         self.mono_base = 0.0
         """When the machine was switched on."""
         self._mono = 0.0
-        self._wake_at = math.inf
+        self._wake_mono = self._wake_at = math.inf
         self.machine = 0
         self.calm = False
         self.dying = -1
@@ -195,14 +195,14 @@ class Box:
 
     def _tick(self) -> None:
         """The core's moment has come: on its own clock no rounding makes it too early."""
-        assert self.core is not None
-        self._mono = max(self._mono, self.core.wake() or 0.0)
+        self._mono = max(self._mono, self._wake_mono)
         self.feed(Ticked())
 
     def _look_for_wake(self) -> None:
         """When the core wants to be woken."""
         wake = None if self.core is None else self.core.wake()
-        self._wake_at = math.inf if wake is None else max(self.clock.now, wake + self.mono_base)
+        self._wake_mono = math.inf if wake is None else wake
+        self._wake_at = max(self.clock.now, self._wake_mono + self.mono_base)
 
     # -- the core's life
 

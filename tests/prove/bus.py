@@ -9,6 +9,7 @@ from gateway.mapping.site import DriveConfig, LineConfig
 from gateway.simulator.build import build_drives
 from gateway.simulator.drive import Drive as Twin
 from gateway.simulator.happening import Options
+from gateway.simulator.model import TwinModel
 from tests.line.storm.drives import Drive, Foreigner
 from tests.line.storm.frames import FRAMINGS, READ, WRITE_MANY, WRITE_ONE, Ascii, Rtu
 from tests.line.storm.weather import FLIPS, Faults, Weather
@@ -17,6 +18,9 @@ from tests.prove.scene import FRAME_FAULTS, LineScene
 from tests.prove.seen import Answer, Frame
 
 CALM = dict.fromkeys(FRAME_FAULTS, 0.0)
+TURN = 0.1
+"""Seconds between the moments at which a motor is looked at: to show all of a drive costs more than to answer
+for it."""
 
 
 class Watching(Protocol):
@@ -35,16 +39,27 @@ class Watching(Protocol):
         """A drive answers a request with an error."""
 
 
+class Quick(TwinModel):
+    """A drive's model that looks at nothing while no time passes."""
+
+    def step(self, now: float) -> None:
+        """Let time pass up to ``now``."""
+        if now != self._now or self._happenings:
+            super().step(now)
+
+
 class Station(Drive):
     """A drive on the wire that answers what the twin of its profile answers, in the way of its kind."""
 
     def __init__(self, line: Bus, twin: Twin, *parts: object) -> None:
         super().__init__(twin.unit, *parts)  # type: ignore[arg-type]
         self.twin = twin
+        twin.model.__class__ = Quick
         self.restarted = -1.0
         """When it was switched off and on last."""
         self._line = line
         self._number = 0
+        self._looked = 0.0
 
     def _reply(self, content: bytes, number: int) -> bytes | None:
         self._number = number
@@ -55,11 +70,12 @@ class Station(Drive):
 
     def _content(self, content: bytes) -> bytes | None:
         framing, now, bank = self._framing, self._clock.now, self.twin.model.bank
+        looked = self.looked_at(now)
         written = _registers_written(content)
         if written:
-            self.twin.step(now)
+            self.twin.step(looked)
         before = {at: bank.present(at) for at in written if at in bank.words or at in bank.written}
-        reply = framing.unpack(self.twin.handle(framing.pack(content), now) or b"")
+        reply = framing.unpack(self.twin.handle(framing.pack(content), looked) or b"")
         watching, name = self._line.watching, self._line.name
         if reply is not None and content[1] == READ and reply[1] == READ:
             words = tuple(int.from_bytes(reply[at : at + 2], "big") for at in range(3, len(reply), 2))
@@ -69,6 +85,11 @@ class Station(Drive):
         elif written and not (reply is not None and reply[1] & 0x80):
             watching.did(name, self.unit, self._number, before, written)
         return reply
+
+    def looked_at(self, now: float) -> float:
+        """The drive's own time: it goes in steps, and never back."""
+        self._looked = max(self._looked, now - now % TURN)
+        return self._looked
 
 
 def _registers_written(content: bytes) -> dict[int, int]:

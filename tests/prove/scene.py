@@ -139,8 +139,8 @@ def scene_of(seed: int, much: str = "") -> Scene:
     length = rng.uniform(60.0, 300.0)
     calm = rng.random() < 0.15
     lines = tuple(_line(rng, calm) for _ in range(rng.choice((1, 2, 3, 4))))
-    fast = rng.choice((0.5, 2.0, 4.0, 8.0))
-    rates = fast, rng.choice((10.0, 20.0)), 60.0
+    fast = rng.choices((0.5, 2.0, 4.0, 8.0), (1, 3, 3, 3))[0]
+    rates = fast, rng.choice((10.0, 20.0)), 30.0
     return Scene(
         seed=seed,
         seconds=length,
@@ -194,7 +194,7 @@ def _weather(rng: random.Random, framing: str) -> Weather:
         twins=some(0.2),
         echo=rng.choice(("none", "none", "none", "declared", "noticed")),
         garble=rng.random() < 0.7,
-        pieces=rng.choice(("whole", "whole", "whole", "split", "split", "split", "timer", "timer", "bytes")),
+        pieces=rng.choices(("whole", "split", "timer", "bytes"), (8, 7, 4, 1))[0],  # bytes are slow to play
     )
 
 

@@ -64,7 +64,7 @@ class Troubles:
     def _switch_off(self, drive: DriveConfig, how: PowerCycle) -> None:
         station = self._station(drive)
         station.twin.post(how)
-        station.twin.step(self._box.clock.now)
+        station.twin.step(station.looked_at(self._box.clock.now))
         station.restarted = self._box.clock.now
 
     def _away(self, drive: DriveConfig, rng: random.Random) -> None:

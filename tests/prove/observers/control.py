@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from gateway.bridge.api import ControlState, LeaseAct
 from gateway.bridge.messages import Call, ClientGone, DoLease, Response, RunCommand, WriteTag
 from gateway.core.lease import same
 from gateway.mapping.site import SETPOINT, DriveConfig
-from gateway.tag import Origin, Verdict
+from gateway.tag import Origin, Role, Verdict
 from tests.prove.observers.base import Observer
 from tests.prove.seen import Frame
 
@@ -32,23 +33,22 @@ class Holder(Observer):
         self._touched: dict[str, float] = {}
         """When whoever holds a drive did something for it last."""
         self._free: set[str] = set()
-        """Drives whose lease may go to somebody else."""
-        self._asked: dict[tuple[int, int], Any] = {}
+        """Drives whose lease may go to anybody."""
+        self._cut: set[str] = set()
+        """Drives whose holder was cut off: he may return, under another session too."""
+        self._began = self.now
 
-    def died(self) -> None:
+    def began(self) -> None:
         self._reset()
 
     def asked(self, session: int, call: Call) -> None:
         match call:
-            case DoLease() | WriteTag() | RunCommand():
-                self._asked[session, call.id] = call
-            case ClientGone(_, origin, _):
-                self._gone(lambda holder: same(holder, origin))
-        match call:
+            case ClientGone(_, origin, may_return):
+                self._gone(lambda holder: same(holder, origin), self._cut if may_return else self._free)
             case DoLease(_, drive, LeaseAct.RELEASE, origin):
                 if drive in self._holder and same(self._holder[drive], origin):
                     self._free.add(drive)
-            case DoLease(_, drive, LeaseAct.TAKE):
+            case DoLease(_, drive, LeaseAct.TAKE, origin) if origin.role.covers(Role.ENGINEER):
                 self._free.add(drive)
             case DoLease(_, drive, _, origin):
                 self._touch(drive, origin)
@@ -63,16 +63,17 @@ class Holder(Observer):
             self._touched[drive] = self.now
 
     def left(self, session: int) -> None:
-        self._gone(lambda holder: bool(holder.session))
+        self._gone(lambda holder: bool(holder.session), self._cut)
 
-    def _gone(self, which: Any) -> None:
-        self._free |= {drive for drive, holder in self._holder.items() if which(holder)}
+    def _gone(self, which: Callable[[Origin], bool], where: set[str]) -> None:
+        where |= {drive for drive, holder in self._holder.items() if which(holder)}
 
     def told(self, session: int, message: Response) -> None:
         if not isinstance(message, ControlState):
             return
         drive, holder = message.drive, message.holder
         before = self._holder.get(drive)
+        restored = drive not in self._state
         self._state[drive] = message
         if message.void or holder is None:
             self._holder.pop(drive, None)
@@ -81,14 +82,20 @@ class Holder(Observer):
             return
         if before is not None and not same(before, holder):
             self.looked += 1
-            ttl = self._drives[drive].control.ttl
-            idle = self.now - self._touched.get(drive, self.now)
-            if drive not in self._free and idle < ttl - EXACT:
-                self.fail(f"{drive} went from {before.who} to {holder.who} after {idle:.3f} s of {ttl:g}")
+            self._goes_over(drive, before, holder)
         if before is None or not same(before, holder):
             self._free.discard(drive)
-            self._touched[drive] = self.now
+            (self._cut.add if restored else self._cut.discard)(drive)
+            self._touched[drive] = self._began if restored else self.now
         self._holder[drive] = holder
+
+    def _goes_over(self, drive: str, before: Origin, holder: Origin) -> None:
+        """A lease went from one to the other."""
+        ttl = self._drives[drive].control.ttl
+        idle = self.now - self._touched.get(drive, self.now)
+        returned = drive in self._cut and (before.through, before.who) == (holder.through, holder.who)
+        if drive not in self._free and not returned and idle < ttl - EXACT:
+            self.fail(f"{drive} went from {before.who} to {holder.who} after {idle:.3f} s of {ttl:g}")
 
     def sent(self, frame: Frame) -> None:
         intent = frame.intent
@@ -106,10 +113,14 @@ class Holder(Observer):
         told = self._state.get(drive.name)
         if told is None:  # nobody was connected to be told
             return
+        idle = self.now - self._touched.get(drive.name, self.now)
         taken_back = not any(intent.entry["new"].values()) and len(request.frames) > 1
         if (holder is None or not same(holder, origin)) and not taken_back:
             held = holder.who if holder else "nobody"
             self.fail(f"{request.what} of {origin.who} is on the wire while {held} holds {drive.name}")
+        elif idle > drive.control.ttl + EXACT and not taken_back:
+            text = f"{request.what} of {origin.who} is on the wire {idle:.3f} s after he did anything"
+            self.fail(f"{text}, with a lease of {drive.control.ttl:g} s")
 
 
 class Unasked(Observer):

@@ -44,6 +44,8 @@ from tests.prove.seen import Answer, Seen
 from tests.prove.site import site_of
 from tests.prove.troubles import Troubles
 
+MOST_AT_ONCE = 5_000
+"""Steps at one instant: with more of them the core does nothing but go round in circles."""
 PORT_OPENS = 0.002
 PORT_TRIED_AGAIN = 1.0
 _encode = msgspec.msgpack.Encoder().encode
@@ -69,6 +71,8 @@ class Report:
     seconds: float = 0.0
     line_seconds: float = 0.0
     steps: int = 0
+    requests: int = 0
+    """Frames of ours on wires."""
     counts: Counter[str] = field(default_factory=Counter)
     looked: Counter[str] = field(default_factory=Counter)
     """How often each invariant was put to the test."""
@@ -94,6 +98,8 @@ class Box:
         """When the machine was switched on."""
         self._mono = 0.0
         self._wake_mono = self._wake_at = math.inf
+        self._at_once = 0
+        """Steps at the present instant."""
         self.machine = 0
         self.calm = False
         self.dying = -1
@@ -139,6 +145,7 @@ class Box:
     def _finished(self) -> Report:
         report = self.report
         report.seconds = self.clock.now
+        report.requests = self._numbers
         report.line_seconds = self.clock.now * len(self.buses)
         for bus in self.buses.values():
             report.counts += bus.faults.counts
@@ -252,6 +259,12 @@ class Box:
             return
         self.report.steps += 1
         seen, now = self.seen, self.clock.now
+        self._at_once = self._at_once + 1 if now == seen.now else 0
+        if self._at_once > MOST_AT_ONCE:
+            self.fail(
+                "the core comes to rest", f"{MOST_AT_ONCE} steps at one instant, now with {event!r:.300}"
+            )
+            return
         seen.now = now
         self._note("event", event)
         try:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 from tests.prove.box import Box, Report
-from tests.prove.scene import Happening, Scene
+from tests.prove.scene import Happening, Scene, in_words
 
 RUNS = 150
 """Worlds that are played at most to find a shorter one."""
@@ -40,6 +40,20 @@ def shrunk(scene: Scene, report: Report, runs: int = RUNS) -> Scene:
         without = scene.without([kind])
         scene = without if still(without) else scene
     return _fewer(scene, still)
+
+
+def told(scene: Scene, report: Report, short: Scene, much: str = "") -> Iterator[str]:
+    """A failure for people: how to play it again, what fails, and the shortest world that fails alike."""
+    again, more = Box(scene).run(), f" --much {much}" if much else ""
+    same = "the same" if again.trace == report.trace else f"ANOTHER ONE: {again.trace}"
+    yield f"seed {scene.seed} fails; play it again with: python -m tests.prove --seed {scene.seed}{more}"
+    yield f"trace {report.trace}; played again: {same}"
+    yield from map(str, report.wrong[:3])
+    end = Box(short).run()
+    yield ""
+    yield f"shrunk to {end.seconds:.3f} s and {len(short.happenings)} happenings, trace {end.trace}:"
+    yield from in_words(short)
+    yield from map(str, end.wrong[:3])
 
 
 def _until(scene: Scene, end: float) -> Scene:

@@ -24,6 +24,12 @@ from gateway.mapping.own import OF_CONTROL
 from gateway.tag import Cause, Event, Instant, Origin, Outcome, Role, Verdict
 
 
+class Record(Protocol):
+    """Appends to the journal: the number of the entry, whose end is told by `Control.recorded`."""
+
+    def __call__(self, entry: Mapping[str, Any], keep: bool = True) -> int: ...
+
+
 class Writing(Protocol):
     """What it needs of the writes under way."""
 
@@ -49,7 +55,7 @@ class Control:
         drives: Iterable[Drive],
         clients: Clients,
         own: OwnTags,
-        record: Callable[[Mapping[str, Any]], int],
+        record: Record,
     ) -> None:
         self._drives = {drive.name: drive for drive in drives}
         self._clients = clients
@@ -122,17 +128,20 @@ class Control:
     def maintain(self, session: int, request: Maintain) -> None:
         """A client switches maintenance on or off."""
 
-        def carry_out() -> Outcome:
+        about = {"kind": "maintenance_asked", "what": request.drive, "on": request.on, "by": request.origin}
+
+        def answer(outcome: Outcome) -> None:
+            self._tell(session, request.id, outcome, about)
+
+        try:
             drive = self._drive(request.drive)
             check_rights(MAINTAINER, request.origin, self._clients.ceiling(session))
-            outcome = self._maintenance.switch(drive, request.on, request.origin, request.reason)
+            self._maintenance.switch(drive, request.on, request.origin, request.reason, self._now, answer)
             if request.on:
                 reason = f"{drive.name} was switched into maintenance"
                 self.writing.drop(drive, None, refuse(Cause.MAINTENANCE, reason).outcome)
-            return outcome
-
-        about = {"kind": "maintenance_asked", "what": request.drive, "on": request.on, "by": request.origin}
-        self._answer(session, request.id, carry_out, about)
+        except Ended as ended:
+            answer(ended.outcome)
 
     def gone(self, session: int, request: ClientGone) -> None:
         """An adapter tells that one of its clients is gone."""
@@ -142,11 +151,16 @@ class Control:
     def _answer(
         self, session: int, id: int, carry_out: Callable[[], Outcome], about: Mapping[str, Any]
     ) -> None:
-        """Do it and tell the outcome. What changes something is on record by itself, a refusal here (R1)."""
+        """Do it and tell the outcome."""
         try:
             outcome = carry_out()
         except Ended as ended:
             outcome = ended.outcome
+        self._tell(session, id, outcome, about)
+
+    def _tell(self, session: int, id: int, outcome: Outcome, about: Mapping[str, Any]) -> None:
+        """Tell an outcome. What changes something is on record by itself, anything else here (R1)."""
+        if outcome.verdict is not Verdict.CONFIRMED:
             self._record({**about, "outcome": outcome})
         stamped = structs.replace(outcome, asked=self._now.wall, done=self._now.wall)
         self._clients.tell(session, Done(id, stamped))
@@ -177,10 +191,16 @@ class Control:
     def tick(self) -> None:
         """End what has expired: before any request is looked at, however late we are."""
         self._leases.tick(self._now)
+        self._maintenance.tick(self._now)
 
     def wake(self) -> float | None:
         """When `tick` is next needed (monotonic)."""
-        return self._leases.wake()
+        wakes = (self._leases.wake(), self._maintenance.wake())
+        return min((wake for wake in wakes if wake is not None), default=None)
+
+    def recorded(self, number: int, problem: str) -> None:
+        """An entry of the journal is on disk, or could not be written."""
+        self._maintenance.recorded(number, problem)
 
     def void(self, drive: Drive, reason: str) -> None:
         """What was agreed with a drive is over: see `Leases.void`."""
@@ -212,9 +232,9 @@ class Control:
 
     # -- services to leases and maintenance
 
-    def record(self, entry: Mapping[str, Any]) -> int:
+    def record(self, entry: Mapping[str, Any], keep: bool = True) -> int:
         """Append to the journal (`Services`)."""
-        return self._record(entry)
+        return self._record(entry, keep)
 
     def control_changed(self, drive: Drive) -> None:
         """Clients should hear who may command the drive (`Services`)."""

@@ -202,6 +202,7 @@ class Core:
             case Recorded(number, problem):
                 self.trail.recorded(number, problem)
                 self._journal()
+                self.control.recorded(number, problem)
                 self._writes.recorded(number, problem, self._now)
             case Joined() | Left():
                 self._client(event)

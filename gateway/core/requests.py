@@ -16,7 +16,7 @@ import msgspec
 from gateway.bridge.api import DEFAULT_TTL
 from gateway.bridge.messages import Done, RunCommand, WriteTag
 from gateway.core.asks import Asks, by_itself
-from gateway.core.attempts import about
+from gateway.core.attempts import about, content
 from gateway.core.clients import Clients
 from gateway.core.control import Control
 from gateway.core.drive import Drive
@@ -40,6 +40,8 @@ from gateway.tag import Cause, Instant, Origin, Outcome, Role, Verdict
 MAX_UNDER_WAY = 1000
 """Writes under way at once; more are refused (D2 of ``docs/safety.md``). Stops always pass."""
 
+USED_OTHERWISE = "this id was used a moment ago for something else (give each command its own)"
+
 OWN = Origin(through="core", who="core", role=Role.ADMIN)
 """The core itself, reading what needs a selector."""
 
@@ -47,13 +49,12 @@ OWN = Origin(through="core", who="core", role=Role.ADMIN)
 @dataclass(slots=True)
 class Pending:
     """A request under way: who waits, under which id, and what each entry in the journal tells of it.
-    ``lived`` is when it came (`Trail.lived`). What the core asks by itself has nobody who waits, but may have
-    something to be ``done`` with the outcome."""
+    What the core asks by itself has nobody who waits, but may have something to be ``done`` with the outcome.
+    """
 
     waiter: Waiter | None
     key: Key | None
     about: Mapping[str, Any]
-    lived: float
     done: Callable[[Outcome], None] | None = None
 
 
@@ -100,7 +101,7 @@ class Writes:
         self._now = now
         self._asks.starts.begin(now.mono)
         self._last = memory.attempts.last
-        self._once.restore(memory.attempts)
+        self._once.restore(memory.attempts, self._trail.lived)
         for facts in memory.attempts.open.values():
             self._trail.record({"kind": "outcome", **facts, "outcome": RESTARTED})
 
@@ -127,18 +128,30 @@ class Writes:
     def ask(self, session: int, request: WriteTag | RunCommand, came: float, now: Instant) -> None:
         """A client writes one value, or gives a command, that ``came`` at this instant (monotonic)."""
         self._now = now
-        waiter = (session, request.id)
         key = self._key(session, request)
-        if key is not None and not self._once.first(key, waiter):
-            outcome = self._once.outcome(key)
-            if outcome is not None:
-                self._clients.tell(session, Done(request.id, outcome))
-            return
+        if key is not None:
+            what = content(about(0, request, key))
+            if self._once.used_otherwise(key, what, self._trail.lived):
+                self._begin(session, request, None, refuse(Cause.DUPLICATE, USED_OTHERWISE))
+                return
+            if not self._once.first(key, what, (session, request.id)):
+                outcome = self._once.outcome(key)
+                if outcome is not None:
+                    self._clients.tell(session, Done(request.id, outcome))
+                return
+        self._begin(session, request, key)
+
+    def _begin(
+        self, session: int, request: WriteTag | RunCommand, key: Key | None, objection: Ended | None = None
+    ) -> None:
+        now = self._now
         self._control.tick()
         self._last += 1
         facts = about(self._last, request, key)
-        self._pending[self._last] = Pending(waiter, key, facts, self._trail.lived)
+        self._pending[self._last] = Pending((session, request.id), key, facts)
         try:
+            if objection is not None:
+                raise objection
             if self._stopping:
                 raise refuse(Cause.SHUTTING_DOWN, "the gateway is stopping")
             timely = msgspec.structs.replace(request, ttl=request.ttl - (now.mono - came))
@@ -207,7 +220,7 @@ class Writes:
         waiters = [pending.waiter] if pending.waiter is not None else []
         if pending.key is not None:
             ttl = pending.about["ttl"]
-            waiters += self._once.finish(pending.key, outcome, pending.lived, ttl)
+            waiters += self._once.finish(pending.key, outcome, self._trail.lived, ttl)
         for session, request in waiters:
             self._clients.tell(session, Done(request, outcome))
 
@@ -288,7 +301,7 @@ class Writes:
         """A new number for an ask of the core itself. It is on record like any other; nobody waits for it."""
         self._last += 1
         facts = {"ask": self._last, "what": what, "wanted": wanted, "by": by_itself(why), "ttl": DEFAULT_TTL}
-        self._pending[self._last] = Pending(None, None, facts, self._trail.lived, done)
+        self._pending[self._last] = Pending(None, None, facts, done)
         return facts
 
     # -- services of the runner

@@ -11,6 +11,7 @@ import pytest
 from gateway.bridge.api import BridgeError
 from gateway.northbound.mqtt.commander import Commander
 from gateway.northbound.mqtt.message import Incoming, Lane
+from gateway.northbound.mqtt.once import WAITING_LIMIT
 from gateway.northbound.mqtt.outbox import Outbox
 from gateway.northbound.mqtt.runner import LIMIT, STOP_LIMIT, Runner
 from gateway.northbound.mqtt.topics import Topics
@@ -77,6 +78,15 @@ async def test_the_same_id_for_something_else_is_refused_and_not_written(bench: 
     answers = [answer for _, answer in await bench.answers()]
     assert {answer.get("cause") for answer in answers} == {None, "duplicate"}
     assert [write[1] for write in bench.bridge.writes] == [30.0]
+
+
+async def test_h3_nothing_is_said_of_a_command_under_way_however_often_it_is_repeated(bench: Bench) -> None:
+    bench.bridge.delay = 0.05
+    for _ in range(1 + 2 * WAITING_LIMIT):
+        bench.set_frequency("a")
+    answers = [answer for _, answer in await bench.answers()]
+    assert [answer["verdict"] for answer in answers] == ["confirmed"] * (1 + WAITING_LIMIT)
+    assert len(bench.bridge.writes) == 1
 
 
 async def test_the_same_id_from_another_sender_or_for_another_point_is_another_command(bench: Bench) -> None:

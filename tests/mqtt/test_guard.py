@@ -177,14 +177,15 @@ def test_values_are_for_points_and_arguments_for_commands() -> None:
         assert rejection({"id": 1, "epoch": EPOCH} | document, name).cause is Cause.MALFORMED
 
 
-def test_the_core_can_tell_a_retry_from_a_new_order_under_an_old_id() -> None:
+def test_h3_the_core_knows_a_retry_whatever_end_or_epoch_it_carries() -> None:
+    """After a restart of the adapter only the core remembers; a retry has to carry a later end then."""
     exp = WALL / 1e9 + 3
     later = Instant(200.0, WALL + 1_000_000_000)
     first = order({"id": 1, "v": 30, "exp": exp})
-    assert order({"id": 1, "v": 30, "exp": exp}, arrived=later).bridge_id == first.bridge_id
-    assert order({"id": 1, "v": 30, "exp": exp + 1}, arrived=later).bridge_id != first.bridge_id
-    live = order({"id": 1, "v": 30, "epoch": EPOCH})
-    assert order({"id": 1, "v": 30, "epoch": EPOCH}, arrived=later).bridge_id != live.bridge_id
+    assert order({"id": 1, "v": 30, "exp": exp + 1}, arrived=later).bridge_id == first.bridge_id
+    assert order({"id": 1, "v": 30, "epoch": EPOCH}, arrived=later).bridge_id == first.bridge_id
+    assert order({"id": 2, "v": 30, "exp": exp}).bridge_id != first.bridge_id
+    assert order({"id": 1, "v": 30, "exp": exp, "by": "anna"}).bridge_id != first.bridge_id
 
 
 def test_true_is_not_one() -> None:

@@ -190,6 +190,11 @@ class Box:
         self.wall_offset += round(seconds * 1e9)
         self._offsets.append((self.clock.now, self.wall_offset))
 
+    @property
+    def clock_set(self) -> float:
+        """When the wall clock was set last."""
+        return self._offsets[-1][0]
+
     def moment_of(self, wall: int) -> float:
         """The latest moment so far at which the wall clock showed this."""
         until = self.clock.now

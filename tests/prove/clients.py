@@ -36,6 +36,8 @@ if TYPE_CHECKING:
 ADAPTERS = {"opcua": Role.ADMIN, "mqtt": Role.OPERATOR}
 STARTS_AFTER = 0.5
 TTL = 5.0
+REPEATED_WITHIN = 55.0
+"""Seconds after its outcome within which the same command under the same id is a repetition."""
 
 
 class Clients:
@@ -226,7 +228,7 @@ class Clients:
             at += rng.uniform(0.02, 0.4)
 
     def _replay(self, drive: DriveConfig, person: Person, rng: random.Random) -> None:
-        old = [request for request in self._recent if request.ask.key]
+        old = [request for request in self._recent if request.ask.key and self._is_known(request)]
         if not old:
             return
         first = rng.choice(old)
@@ -239,6 +241,12 @@ class Clients:
         else:
             again = RunCommand(number, ask.drive, ask.name, ask.args, ask.origin, ask.ttl, ask.key)
         self.commit(ask.origin.through, again)
+
+    def _is_known(self, request: Request) -> bool:
+        """Its id still means it and no later command: not so after a minute, nor for sure where a clock was
+        set, which decides how long a restart of the machine took."""
+        since = request.told[0][0] if request.told else request.at
+        return self.box.clock.now - since < REPEATED_WITHIN and self.box.clock_set <= request.at
 
     def _lease(self, drive: DriveConfig, person: Person, rng: random.Random) -> None:
         acts = (LeaseAct.ACQUIRE, LeaseAct.ACQUIRE, LeaseAct.RENEW, LeaseAct.RELEASE, LeaseAct.TAKE)

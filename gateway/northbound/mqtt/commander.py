@@ -180,7 +180,8 @@ class Commander:
         elif first.outcome is not None:
             self._answer(reply, first.outcome)
         elif not first.wait(reply):
-            self._refuse(order, reply, Cause.OVERFLOW, "repeated too often before its answer was there")
+            # anything said now under this id would be taken for the outcome of what is still under way
+            log.warning("repetition of a command under way passed over: too many wait for its answer")
 
     def _refuse(self, order: Order, reply: Reply, cause: Cause, reason: str) -> None:
         self._turn_away(order, reply, refused(cause, reason))

@@ -14,7 +14,7 @@ REMEMBER = 12 * DEFAULT_TTL
 LIMIT = 4096
 """Most answered commands remembered at a time."""
 WAITING_LIMIT = 16
-"""Most repetitions of one command that wait for its answer."""
+"""Most repetitions of one command that wait for its answer; to more than these nothing is said."""
 
 Reply = TypeVar("Reply")
 

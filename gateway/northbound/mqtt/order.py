@@ -30,8 +30,6 @@ class Order:
     id: str | int | None
     by: str
     ttl: float
-    proof: str = ""
-    """What sets it apart from a later order under the same id."""
     own: str = ""
     """One of `gateway.northbound.mqtt.topics.OWN`: it is for the gateway itself, about the drive."""
     confirm: str = ""
@@ -45,9 +43,9 @@ class Order:
 
     @property
     def bridge_id(self) -> str:
-        """What makes two orders the same one for the core, which remembers across a restart of this
-        adapter; empty (never the same) for a stop."""
-        return "" if self.is_stop else "\n".join((*self.key, self.proof))
+        """The order's id for the core, which remembers across a restart of this adapter, whatever end or
+        epoch a retry carries; empty (never the same) for a stop."""
+        return "" if self.is_stop else "\n".join(self.key)
 
     @property
     def fingerprint(self) -> bytes:
@@ -113,7 +111,6 @@ def _order(drive: OwnerInfo, name: str, incoming: Incoming, *, is_command: bool 
         id=request.id,
         by=request.by or "anonymous",
         ttl=ttl,
-        proof=_proof(request, incoming),
         confirm=request.confirm,
     )
 
@@ -140,7 +137,6 @@ def read_own_order(drive: OwnerInfo, name: str, incoming: Incoming) -> Order:
         id=request.id,
         by=request.by or "anonymous",
         ttl=ttl,
-        proof=_proof(request, incoming),
         own=name,
         whom=request.whom,
         reason=request.reason,
@@ -152,13 +148,6 @@ def _identified(incoming: Incoming) -> Request:
     if request.id is None:
         raise MalformedError("no id: it is what keeps a command from being carried out twice")
     return request
-
-
-def _proof(request: Request, incoming: Incoming) -> str:
-    """A retry across a restart of this adapter carries the same ``exp`` (with an epoch alone it would be
-    refused). Without ``exp`` the moment of arrival makes the order unique: somebody who always uses the
-    same id must not get last week's answer."""
-    return str(incoming.arrived.wall) if request.exp is None else str(request.exp)
 
 
 def _arguments(name: str, request: Request) -> Content:

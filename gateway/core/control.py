@@ -221,6 +221,11 @@ class Control:
         elif ask.sets:
             ask.drive.setpoint = (ask.origin, self._now.mono)
 
+    def started(self, ask: Ask, at: float) -> None:
+        """The first frame of a run command left at ``at`` (monotonic)."""
+        for drive in ask.drives:
+            self._leases.started(drive, ask.origin, at)
+
     def ramping(self, drive: Drive, point: str, target: float | None) -> None:
         """A setpoint is on its way to a value, or no longer (None)."""
         ramps = self._ramps[drive.name]

@@ -80,3 +80,8 @@ def same(holder: Origin, origin: Origin) -> bool:
 def shown(origin: Origin) -> str:
     """A client for people: ``anna (opcua, 10.0.0.5)``."""
     return f"{origin.who} ({', '.join(part for part in (origin.through, origin.address) if part)})"
+
+
+def of(holder: Origin | None) -> str:
+    """``of anna (opcua, 10.0.0.5) `` in a sentence; empty where nobody holds it."""
+    return f"of {shown(holder)} " if holder else ""

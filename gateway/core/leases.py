@@ -2,9 +2,8 @@
 
 One client at a time commands a drive. Whoever else asks is refused and told who holds it; a stop needs no
 lease. When a lease ends and something under it may still move the motor, the site's ``on_expiry`` acts once
-(a stop follows a setpoint that is not confirmed).
-Every change is in the journal, out of which a restart takes the leases up again: each holder has one ``ttl``
-to return (``safety.md`` H10, H11, H12).
+(a stop follows a setpoint that is not confirmed). Every change is in the journal, out of which a restart
+takes the leases up again: each holder has one ``ttl`` to return (``safety.md`` H10, H11, H12).
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ from gateway.bridge.api import ControlState, LeaseAct
 from gateway.core.agreed import Kept
 from gateway.core.drive import Drive
 from gateway.core.guard import refuse
-from gateway.core.lease import Lease, Phase, shown
+from gateway.core.lease import Lease, Phase, of, shown
 from gateway.tag import Cause, Instant, Origin, Outcome, Verdict
 
 TELL_SHARE = 0.25
@@ -105,6 +104,14 @@ class Leases:
         if began:
             self._note(drive, "commanded", origin)
         self._tell(drive)
+
+    def started(self, drive: Drive, origin: Origin, at: float) -> None:
+        """A run command of the holder left at ``at`` (monotonic): his lease counts from then, for the command
+        may have waited for its turn since he asked (H10)."""
+        lease, expires = self.get(drive), at + drive.config.control.ttl
+        if lease.is_held_by(origin) and lease.expires < expires:
+            self._leases[drive.name] = replace(lease, expires=expires)
+            self._tell(drive)
 
     def stopping(self, drive: Drive, origin: Origin, now: Instant) -> None:
         """A stop needs no lease and takes none; that of its holder is renewed."""
@@ -277,7 +284,7 @@ class Leases:
             self._told[name] = self._leases[name]  # whoever joins is told how it stands
             if was.due:
                 self._due.add(name)
-                self._services.act(drive, was.due, f"the lease {_of(was.by)}ended before the restart")
+                self._services.act(drive, was.due, f"the lease {of(was.by)}ended before the restart")
 
     # -- for those who look
 
@@ -338,7 +345,7 @@ class Leases:
         self._note(drive, did, lease.holder, due=action if action != "hold" else "")
         if lease.holder is not None:
             self._services.lost_lease(drive, lease.holder)
-        text = f"the lease {_of(lease.holder)}is {did}"
+        text = f"the lease {of(lease.holder)}is {did}"
         self._services.tell_event(
             drive,
             f"lease_{did}",
@@ -379,10 +386,6 @@ class Leases:
 
     def _end_from_now(self, drive: Drive) -> float:
         return self._now.mono + drive.config.control.ttl
-
-
-def _of(holder: Origin | None) -> str:
-    return f"of {shown(holder)} " if holder else ""
 
 
 def _action(drive: Drive) -> str:

@@ -37,6 +37,8 @@ class Ask:
     """Command to run after a batch of writes that all name it."""
     to_zero: bool = False
     """It takes a setpoint to zero."""
+    takes_back: bool = False
+    """It ends a pulse that was given."""
     wanted: Any = field(default=None, hash=False)
     session: int = 0
     """The bridge session that it came through."""
@@ -67,7 +69,7 @@ class Ask:
     @property
     def harmless(self) -> bool:
         """It is carried out even while it cannot be put on record (safety.md R2)."""
-        return self.urgent or self.to_zero
+        return self.urgent or self.to_zero or self.takes_back
 
 
 @dataclass(frozen=True, slots=True)

@@ -89,7 +89,7 @@ def _by_reply(sent: Sent, points: Sequence[Point]) -> Outcome:
         return Outcome(verdict=Verdict.UNKNOWN, cause=Cause.NO_ANSWER, reason=reason)
     if sent.answered:
         return Outcome(verdict=Verdict.CONFIRMED, reason="write-only: the drive's reply is the proof")
-    return Outcome(verdict=Verdict.UNKNOWN, cause=Cause.NO_ANSWER, reason="the drive did not answer")
+    return Outcome(verdict=Verdict.UNKNOWN, cause=Cause.NO_ANSWER, reason=sent.lost)
 
 
 def _confirmed(ask: Ask, store: Store, sent: Sent, points: Sequence[Point]) -> Outcome:
@@ -109,11 +109,11 @@ def value_shown(ask: Ask, store: Store, points: Sequence[Point]) -> Value:
 def _not_shown(ask: Ask, store: Store, sent: Sent, point: Point) -> Outcome:
     held = store.get(ask.drive.tag(point.name))
     shows = shown_as(held.sample) if held else "another value"
-    said = "answered" if sent.answered else "did not answer"
+    said = sent.lost or "the drive answered"
     return Outcome(
         verdict=Verdict.FAILED,
         cause=Cause.NOT_PROVED if sent.answered else Cause.NO_ANSWER,
-        reason=f"the drive {said}, and {point.name} shows {shows}: it was not done",
+        reason=f"{said}, and {point.name} shows {shows}: it was not done",
         value=held.sample.value if held else None,
     )
 
@@ -151,10 +151,11 @@ def _registers_behind(drive: Drive, condition: Condition) -> list[Read]:
 
 
 def prove(
-    ask: Ask, store: Store, step: Step, sent: Sent, outcome: Outcome
+    ask: Ask, store: Store, step: Step, sent: Sent, outcome: Outcome, begun: float = 0.0
 ) -> Generator[Effect, Any, Outcome]:
-    """Watch for the step's own proof. A command whose reply was lost may still be proved by it."""
-    shown = yield from wait_for(ask, store, step.until, sent.at, sent.at + step.within)
+    """Watch for the step's own proof, from when it was sent or ``begun`` on. A command whose reply was lost
+    may still be proved by it."""
+    shown = yield from wait_for(ask, store, step.until, sent.at, max(sent.at, begun) + step.within)
     if shown:
         ask.drive.expected.obeyed(sent.raws)
         motion.note_shown(ask.drive, sent.raws)
@@ -162,7 +163,8 @@ def prove(
     missing = [term for term in step.until if not _shows(ask, store, term, sent.at)]
     seen = [_seen(ask, store, term, sent.at) for term in missing]
     if None in seen or not sent.answered:
-        reason = f"sent, but the drive did not show {missing[0].text} within {step.within:g} s"
+        lost = f" ({sent.lost})" if sent.lost else ""
+        reason = f"sent{lost}, but the drive did not show {missing[0].text} within {step.within:g} s"
         return Outcome(verdict=Verdict.UNKNOWN, cause=Cause.NO_ANSWER, reason=reason)
     reason = f"after {step.within:g} s the drive still shows {'; '.join(str(text) for text in seen)}"
     return Outcome(verdict=Verdict.FAILED, cause=Cause.NOT_PROVED, reason=reason)

@@ -315,9 +315,11 @@ class Writes:
         objection = self._control.permits.still(ask)
         return None if objection is None else objection.outcome
 
-    def frame_left(self, ask: Ask, at: float) -> None:
+    def frame_left(self, ask: Ask, at: float, first: bool) -> None:
         """A frame that can change the drive left (`Services`)."""
         self._asks.starts.frame_left(ask.number, at)
+        if first and ask.starts:
+            self._control.started(ask, at)
         for drive in ask.drives:
             drive.expected.leaving(starts=ask.starts, stops=ask.urgent, may_start=ask.moves and not ask.sets)
 

@@ -64,8 +64,8 @@ class Services(Protocol):
     def objection(self, ask: Ask) -> Outcome | None:
         """Why no frame of this ask may go any more; asked just before one goes."""
 
-    def frame_left(self, ask: Ask, at: float) -> None:
-        """A frame that can change the drive left (monotonic)."""
+    def frame_left(self, ask: Ask, at: float, first: bool) -> None:
+        """A frame that can change the drive left (monotonic), the ``first`` one of this ask or not."""
 
     def stop_by_itself(self, drive: Drive, why: str, done: Callable[[Outcome], None]) -> None:
         """Stop a drive for a reason of the core's own; ``done`` hears what became of it."""
@@ -120,9 +120,10 @@ class Runner:
             return
         if isinstance(running.effect.request, Write):
             running.recorded = None
+            first = running.sent is None
             running.sent = at if running.sent is None else running.sent
             running.owing = running.owing or running.will_owe
-            self._services.frame_left(running.ask, at)
+            self._services.frame_left(running.ask, at, first)
 
     def job_done(self, job: int, result: Result, at: float, now: float) -> None:
         """What became of a job."""

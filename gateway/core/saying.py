@@ -29,6 +29,9 @@ def explain(drive: Drive, finished: Finished) -> str:
             return UNSENT[why]
         case Refused(code):
             return in_words(drive, code)
+        case Silent(doubted=True, code=code):
+            said = "the drive answered" if code is None else in_words(drive, code)
+            return f"{said} (perhaps to an earlier request, whose answer had not come)"
         case Silent(damaged):
             return "the drive's answer was damaged" if damaged else "the drive did not answer"
         case Answered():

@@ -7,7 +7,7 @@ is stopping (safety.md H5, H20). Each function is a part of a procedure.
 from __future__ import annotations
 
 from collections.abc import Generator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from gateway.core import motion
@@ -30,7 +30,7 @@ from gateway.core.saying import ended, explain, intent
 from gateway.core.store import Store
 from gateway.line.interface import Answered, Priority, Read, Refused, Silent, Unsent, Write
 from gateway.mapping.profile import Condition, Point
-from gateway.modbus.encoding import encode
+from gateway.modbus.encoding import encode, extract
 from gateway.tag import Cause, Outcome, Verdict
 
 STEP_SECONDS = 5.0
@@ -40,11 +40,13 @@ RECORD_PATIENCE = 5.0
 """Seconds that a frame waits for its record to be on disk; then it is not sent."""
 
 ZERO_PATIENCE = 0.5
-"""Seconds that a setpoint of zero waits for it; then it is sent all the same."""
+"""Seconds that what is harmless waits for it; then it is sent all the same."""
 
 UNRECORDED = "nothing is written while the journal cannot be: {}"
 
-PULSE_ATTEMPTS = 20
+PULSE_ATTEMPTS, PULSE_PAUSE = 8, 0.05
+"""Times that the end of a pulse is sent until it is known to have come, and seconds before it is sent again;
+the pause doubles. Together that is longer than an answer may be taken for a late one."""
 
 STOP_PATIENCE = 20.0
 """Seconds after which whoever asked for a stop hears that it is not answered."""
@@ -66,13 +68,19 @@ class Frame:
 
 @dataclass(frozen=True, slots=True)
 class Sent:
-    """A frame that went out: its raw values, when it was answered, and whether it was."""
+    """A frame that went out: its raw values, when it was answered, and what came instead of an answer, in
+    words (empty: it was answered)."""
 
     raws: Mapping[str, int]
     address: int
     count: int
     at: float
-    answered: bool
+    lost: str
+
+    @property
+    def answered(self) -> bool:
+        """The drive took it, by its answer."""
+        return not self.lost
 
 
 def transmit(
@@ -111,19 +119,20 @@ def transmit(
     if isinstance(finished.result, (Refused, Unsent)):
         raise ended(drive, finished)
     motion.note(drive, rest.raws or raws, shown=bool(rest.condition))
-    return Sent(raws, address, len(words), finished.at, isinstance(finished.result, Answered))
+    lost = "" if isinstance(finished.result, Answered) else explain(drive, finished)
+    return Sent(raws, address, len(words), finished.at, lost)
 
 
 def put(
     ask: Ask, frame: Frame, priority: Priority, deadline: float | None, condition: Condition = ()
 ) -> Generator[Effect, Any, Finished]:
     """R1: put one frame on record, then on the wire. A stop does not wait for the record, and a setpoint of
-    zero not longer than `ZERO_PATIENCE` (R2).
+    zero and the end of a pulse not longer than `ZERO_PATIENCE` (R2).
 
     Raises:
         Ended: if it could not be put on record.
     """
-    patience = None if ask.urgent else ZERO_PATIENCE if ask.to_zero else RECORD_PATIENCE
+    patience = None if ask.urgent else ZERO_PATIENCE if ask.harmless else RECORD_PATIENCE
     problem = yield Intend(frame.facts, patience, keep=ask.harmless)
     if problem and not ask.harmless:
         raise refuse(Cause.JOURNAL, UNRECORDED.format(problem))
@@ -215,32 +224,62 @@ def _read_words(
     return fresh
 
 
-def end_pulse(ask: Ask, store: Store, sent: Sent, pulses: Sequence[Point]) -> Generator[Effect, Any, None]:
-    """Hold the pulse for its time, then write the word without it. What the drive shows of its motor is
-    looked at once more; where nothing follows from that, or for all drives at once, it ends as it began.
+def end_pulse(ask: Ask, store: Store, sent: Sent, pulses: Sequence[Point]) -> Generator[Effect, Any, float]:
+    """Hold the pulse for its time, then write the word without it, until that is answered or the drive shows
+    it. Nothing but the drive keeps it from being sent. Returns when it was over (monotonic).
 
     Raises:
-        Ended: if the pulse could not be taken back.
+        Ended: if nobody knows whether the pulse was taken back.
     """
+    ask = replace(ask, takes_back=True)
+    yield Owing(True)
+    now: float = yield Pause(max(point.pulse for point in pulses))
+    deadline, pause, lost = sent.at + STEP_SECONDS, PULSE_PAUSE, ""
+    for _ in range(PULSE_ATTEMPTS):
+        try:
+            lost = (yield from _take_back(ask, store, pulses, deadline)).lost
+        except Ended as told:
+            lost = told.outcome.reason
+        if not lost or (yield from _is_over(ask, pulses, deadline)):
+            yield Owing(False)
+            return now
+        now = yield Pause(pause)
+        deadline, pause = now + STEP_SECONDS, 2 * pause
+    reason = f"the pulse was given, and it is not known whether it was taken back: {lost}"
+    raise Ended(Verdict.UNKNOWN, Cause.NO_ANSWER, reason)
+
+
+def lost_pulse(sent: Sent) -> Ended:
+    """H5: a pulse that was not answered, and that nothing else proves."""
+    return Ended(Verdict.UNKNOWN, Cause.NO_ANSWER, f"{sent.lost}; the pulse is over, and is not repeated")
+
+
+def _take_back(
+    ask: Ask, store: Store, pulses: Sequence[Point], deadline: float
+) -> Generator[Effect, Any, Sent]:
+    """Send the end of a pulse once. What the drive shows of its motor is looked at once more; where nothing
+    follows from that, or for all drives at once, the word ends as it began."""
     zeros = {point.name: 0 for point in pulses}
     beside = motion.AS_IT_IS if ask.members else None
-    yield Owing(True)
-    yield Pause(max(point.pulse for point in pulses))
-    for attempt in range(PULSE_ATTEMPTS):
-        deadline = sent.at + STEP_SECONDS + attempt
-        try:
-            over = yield from transmit(ask, store, zeros, deadline, (), beside)
-        except Ended as told:
-            if beside is not None or told.outcome.cause is not Cause.PRECONDITION:
-                raise
-            over = yield from transmit(ask, store, zeros, deadline, (), motion.AS_IT_IS)
-        if over.answered:
-            break
-    yield Owing(False)
-    if not sent.answered:
-        raise Ended(
-            Verdict.UNKNOWN, Cause.NO_ANSWER, "the drive did not answer the pulse; it is not repeated"
+    try:
+        return (yield from transmit(ask, store, zeros, deadline, (), beside))
+    except Ended as told:
+        if beside is not None or told.outcome.cause is not Cause.PRECONDITION:
+            raise
+        return (yield from transmit(ask, store, zeros, deadline, (), motion.AS_IT_IS))
+
+
+def _is_over(ask: Ask, pulses: Sequence[Point], deadline: float) -> Generator[Effect, Any, bool]:
+    """Whether the drive shows that the pulses were taken back, as far as it shows them at all."""
+    for point in pulses:
+        if not point.access.readable:
+            return False
+        finished = yield from read(
+            Read(ask.drive.unit, point.address, point.words), Priority.COMMAND, deadline
         )
+        if not isinstance(finished.result, Answered) or extract(point.encoding, finished.result.words):
+            return False
+    return True
 
 
 def select(ask: Ask, store: Store, point: Point) -> Generator[Effect, Any, None]:

@@ -40,7 +40,7 @@ from gateway.core.procedure import (
     Report,
 )
 from gateway.core.proving import READ_BACK_SECONDS, prove, read_back, value_shown, wait_for
-from gateway.core.sending import STEP_SECONDS, STOP_PATIENCE, end_pulse, select, transmit
+from gateway.core.sending import STEP_SECONDS, STOP_PATIENCE, end_pulse, lost_pulse, select, transmit
 from gateway.core.starts import Starts
 from gateway.core.store import Store
 from gateway.mapping.profile import FREELY, Command, Condition, Kind, Point, Step
@@ -89,6 +89,8 @@ def change_point(ask: Ask, store: Store, point: Point, number: Fraction, now: fl
         drive.owed.add(point.then)
     if point.pulse:
         yield from end_pulse(ask, store, sent, [point])
+        if not sent.answered:
+            raise lost_pulse(sent)
         return Outcome(verdict=Verdict.CONFIRMED, reason="pulse given and taken back")
     return (yield from read_back(ask, store, sent, [point], READ_BACK_SECONDS))
 
@@ -181,10 +183,14 @@ def carry_out(
     sent = yield from transmit(ask, store, raws, deadline, condition)
     points = [ask.drive.profile.points[name] for name in raws]
     pulses = [point for point in points if point.pulse]
+    over = sent.at
     if pulses:
-        yield from end_pulse(ask, store, sent, pulses)
+        over = yield from end_pulse(ask, store, sent, pulses)
+        if not sent.answered and not step.until:
+            raise lost_pulse(sent)
     kept = [p for p in points if not p.pulse and (p.kind is Kind.SETPOINT or not step.until)]
-    outcome = Outcome(verdict=Verdict.CONFIRMED)
+    lost = "" if sent.answered else "the reply was lost; the drive shows that it was done"
+    outcome = Outcome(verdict=Verdict.CONFIRMED, reason=lost)
     if kept:
         outcome = yield from read_back(
             ask, store, sent, kept, READ_BACK_SECONDS if step.until else step.within
@@ -192,7 +198,7 @@ def carry_out(
     if step.until and outcome.verdict is Verdict.CONFIRMED:
         if last:
             yield Leave()
-        outcome = yield from prove(ask, store, step, sent, outcome)
+        outcome = yield from prove(ask, store, step, sent, outcome, over)
     if outcome.verdict is not Verdict.CONFIRMED and not last:
         raise Ended(outcome.verdict, outcome.cause, outcome.reason)
     return outcome, sent.at

@@ -135,9 +135,13 @@ class Refused:
 
 @dataclass(frozen=True, slots=True)
 class Silent:
-    """No believable reply in time. ``damaged`` tells that something came, but nothing valid."""
+    """No believable reply in time. ``damaged`` tells that something came, but nothing valid; ``doubted`` that
+    a valid reply came, which may be the answer to an older request, ``code`` being its exception code if it
+    was a refusal."""
 
     damaged: bool = False
+    doubted: bool = False
+    code: int | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -295,13 +295,13 @@ class Line:
         news = self._heard(unit, done.heard_at)
         since = unit.suspicion.weigh(done.question.request, reply, done.ends, done.heard_at)
         if since is None and reply.exception is not None:
-            done.doubt()
+            done.doubt(reply.exception)
             return [*news, *self._timed_out(done, now)] if now >= done.deadline else news
         self._over(done, done.heard_at, now)
         self.trace.answered(description(reply, doubtful=since is None), done.seeker.length)
         if since is None:
             self.counters.damaged += 1
-            return [*news, *told(done, Silent(damaged=True), now, now)]
+            return [*news, *told(done, Silent(damaged=True, doubted=True), now, now)]
         tell_answered(self.doctor, self._wire, done, now)
         unit.turnaround.answered(self._wire.turnaround(done))
         new_plan = [PlanChanged()] if self._planning.follow_drift(unit, now) else []
@@ -334,7 +334,8 @@ class Line:
         self._doubt(done)
         if done.question.aside:  # what was chosen is still due: let the other units go first
             unit.blocked_until = 2 * now - done.began
-        actions = told(done, Silent(damaged=done.heard), now, now, again=unit.is_new)
+        silent = Silent(done.heard, done.doubted, done.code)
+        actions = told(done, silent, now, now, again=unit.is_new)
         if done.doubted or not unit.silent(done.began, now):
             return actions
         self._planning.pace(now)

@@ -64,7 +64,8 @@ class Transaction:
     heard_at: float = 0.0
     reply: Reply | None = None
     doubted: bool = False
-    """A reply came that was not believed."""
+    """A refusal came that was not believed, with this exception ``code``."""
+    code: int | None = None
 
     @property
     def until(self) -> float:
@@ -97,9 +98,9 @@ class Transaction:
         self.ends += seconds
         self.deadline += seconds
 
-    def doubt(self) -> None:
-        """Go on waiting: what came is taken for the reply to something older."""
-        self.doubted, self.reply = True, None
+    def doubt(self, code: int) -> None:
+        """Go on waiting: the refusal that came is taken for the reply to something older."""
+        self.doubted, self.code, self.reply = True, code, None
 
 
 class Echo:

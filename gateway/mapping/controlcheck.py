@@ -11,7 +11,7 @@ from gateway.mapping.node import Path
 from gateway.mapping.pacecheck import check_pace, check_slower
 from gateway.mapping.profile import Point
 from gateway.mapping.shape import nearest
-from gateway.mapping.site import SETPOINT, DriveConfig, Site
+from gateway.mapping.site import SETPOINT, DriveConfig, Site, StartGroup
 from gateway.mapping.sitefile import RawSite
 from gateway.mapping.values import in_words
 
@@ -55,7 +55,8 @@ def _below(place: Path) -> Callable[[str], Path]:
 def check_starts(site: Site, report: Report) -> None:
     """A drive starts in one group at most, and some time must lie between the starts."""
     groups: dict[str, str] = {}
-    names = [drive.name for drive in site.drives]
+    drives = {drive.name: drive for drive in site.drives}
+    names = list(drives)
     for group in site.starts:
         if group.apart <= 0:
             report.error(
@@ -68,7 +69,21 @@ def check_starts(site: Site, report: Report) -> None:
             elif drive in groups:
                 message = f"`{drive}` starts in the group `{groups[drive]}` already"
                 report.error(place, message, "leave one of them out")
+            else:
+                _check_turn(drives[drive], group, place, report)
             groups.setdefault(drive, group.name)
+
+
+def _check_turn(drive: DriveConfig, group: StartGroup, place: Path, report: Report) -> None:
+    """Waiting for its turn must not cost a run its lease."""
+    control = drive.control
+    if control.lease != "off" and control.ttl <= group.apart:
+        report.warn(
+            place,
+            f"a run of `{drive.name}` may wait {group.apart:g} s for its turn, and is refused then unless "
+            f"its lease of {control.ttl:g} s is renewed meanwhile",
+            "make control.ttl longer than apart, or renew the lease",
+        )
 
 
 def check_control(drive: DriveConfig, raw: RawSite, report: Report) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from fractions import Fraction
 from itertools import pairwise
 from types import MappingProxyType
 
@@ -12,7 +13,8 @@ from hypothesis import strategies as st
 
 from gateway.core.guard import starts_motor
 from gateway.core.permits import SETPOINT_SECONDS
-from gateway.mapping.site import Site, StartGroup
+from gateway.mapping.profile import Pace
+from gateway.mapping.site import Control, Site, StartGroup
 from gateway.tag import Cause, Verdict
 from tests.core.world import ENGINEER, OPERATOR, World, make_site, teco
 
@@ -55,6 +57,32 @@ def test_a_start_whose_turn_comes_too_late_is_told_when() -> None:
     outcome = world.command("run_forward", drive="fan-3", ttl=5.0, frequency=30.0)
     assert (outcome.verdict, outcome.cause) == (Verdict.REFUSED, Cause.TOO_SOON)
     assert "comes in 6.0 s" in outcome.reason
+
+
+def test_h10_the_lease_of_a_run_that_waited_counts_from_its_start() -> None:
+    """Or the end of it would stop the motor a moment after the inrush."""
+    ttl = APART + 1.0
+    world = World(make_site(2, starts=(GROUP,), control=Control("session", ttl, "stop")))
+    world.run(APART + 1.0)
+    world.ask_command("run_forward", "fan-1", frequency=30.0)
+    world.ask_command("run_forward", "fan-2", frequency=30.0)
+    world.run(APART + ttl + 5.0)
+    stops = {frame[:2]: at for at, frame in world.wire if frame[3:20] == "10 00 01 00 01 02"}
+    begun = {f"{unit:02X}": at for at, unit in starts(world)}
+    assert begun["06"] - begun["05"] >= APART
+    for unit, at in begun.items():
+        assert ttl <= stops[unit] - at < ttl + 0.5
+
+
+def test_h10_only_the_start_renews_the_lease_and_not_the_way_to_its_speed() -> None:
+    pace = MappingProxyType({"frequency_command": Pace(slew=Fraction(1))})
+    world = World(make_site(1, starts=(GROUP,), control=Control("session", 4.0, "stop"), limits=pace))
+    world.run(APART + 1.0)
+    outcome = world.ask_command("run_forward", frequency=50.0)
+    world.run(8.0)
+    assert "lease_expired" in world.events()
+    assert outcome() is not None, "the ramp ends with the lease"
+    assert world.read("fan-1.running")[0].value is False
 
 
 def test_others_do_not_wait() -> None:

@@ -142,7 +142,8 @@ def test_h4_a_late_write_is_not_taken_for_the_next_write() -> None:
     fake.refuse = {16: 0x22}
     second = bench.ask(Write(5, 1, (1, 3000)))
     bench.run(12)
-    assert bench.result(second) == Silent(damaged=True), "the late reply of the first proves nothing"
+    late = "the late reply of the first proves nothing"
+    assert bench.result(second) == Silent(damaged=True, doubted=True, code=0x22), late
 
 
 def test_a_stop_waits_for_no_resynchronisation() -> None:
@@ -165,7 +166,9 @@ def test_a_stop_waits_for_no_resynchronisation() -> None:
     assert bench.result(run) == Answered()
     third = bench.ask(stop, Priority.STOP)
     bench.run(0.2)
-    assert bench.result(third) == Silent(damaged=True), "but nothing of a stop that was sent after a run"
+    assert bench.result(third) == Silent(damaged=True, doubted=True), (
+        "but nothing of a stop that was sent after a run"
+    )
     bench.run(0.2 * LATE)
     fourth = bench.ask(stop, Priority.STOP)
     bench.run(0.2)

@@ -132,17 +132,22 @@ class Writes:
         if key is not None:
             what = content(about(0, request, key))
             if self._once.used_otherwise(key, what, self._trail.lived):
-                self._begin(session, request, None, refuse(Cause.DUPLICATE, USED_OTHERWISE))
+                self._begin(session, request, came, None, refuse(Cause.DUPLICATE, USED_OTHERWISE))
                 return
             if not self._once.first(key, what, (session, request.id)):
                 outcome = self._once.outcome(key)
                 if outcome is not None:
                     self._clients.tell(session, Done(request.id, outcome))
                 return
-        self._begin(session, request, key)
+        self._begin(session, request, came, key)
 
     def _begin(
-        self, session: int, request: WriteTag | RunCommand, key: Key | None, objection: Ended | None = None
+        self,
+        session: int,
+        request: WriteTag | RunCommand,
+        came: float,
+        key: Key | None,
+        objection: Ended | None = None,
     ) -> None:
         now = self._now
         self._control.tick()

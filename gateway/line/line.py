@@ -334,8 +334,7 @@ class Line:
         self._doubt(done)
         if done.question.aside:  # what was chosen is still due: let the other units go first
             unit.blocked_until = 2 * now - done.began
-        silent = Silent(done.heard, done.doubted, done.code)
-        actions = told(done, silent, now, now, again=unit.is_new)
+        actions = told(done, Silent(done.heard, done.doubted, done.code), now, now, again=unit.is_new)
         if done.doubted or not unit.silent(done.began, now):
             return actions
         self._planning.pace(now)

@@ -18,7 +18,12 @@ gateway write site.yaml fan-1.run_source=line --json
 
 def write(
     site: SiteFile,
-    assignment: Annotated[str, typer.Argument(metavar="TAG=VALUE", help="Enumerations by name or number.")],
+    assignment: Annotated[
+        str,
+        typer.Argument(
+            metavar="TAG=VALUE", help="Enumerations by name or number, named codes (switched_off) by name."
+        ),
+    ],
     ttl: TimeToLive = 5.0,
     confirm: Confirm = "",
     hold: Hold = False,

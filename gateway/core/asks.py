@@ -99,7 +99,7 @@ class Asks:
             now.mono + request.ttl,
             setpoint=setpoint,
             then=point.then,
-            to_zero=setpoint is not None and value == 0 and not point.encoding.values,
+            to_zero=point.name == SETPOINT and value == 0 and not point.encoding.values,
             wanted=request.value,
             about=about,
             session=session,

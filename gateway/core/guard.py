@@ -126,6 +126,8 @@ def check_arguments(
         Ended: if one is missing, unknown or wrong, or the command does harm.
     """
     name = command.name
+    if command.urgent and not command.args:
+        args = {}  # whoever wants a stop gets it, whatever else he says
     if set(args) != set(command.args):
         wanted = ", ".join(command.args) or "no arguments"
         raise refuse(Cause.WRONG_ARGUMENTS, f"{name} takes {wanted}; given: {', '.join(args) or 'none'}")

@@ -284,6 +284,19 @@ class Scene:
         """Anything that was sent before, again: right after it, or much later, and in any order."""
         return self.chance.choice(self._sent[-40:]) if self._sent else self._good()
 
+    def _retried(self) -> Attack:
+        """Anything that was sent before, under its id, but with a new end, as a client's retry is: carried
+        out if the first one was not, and never twice."""
+        known = [attack for attack in self._sent[-40:] if attack.bad != "malformed"]
+        if not known:
+            return self._good()
+        first = self.chance.choice(known)
+        exp = self.world.now + self.chance.uniform(0.5, 50.0)
+        body = json.loads(first.payload) | {"exp": self._as_time(exp)}
+        body.pop("epoch", None)
+        payload = json.dumps(body).encode()
+        return Attack(first.drive, first.name, first.number, payload, first.bad, exp=exp)
+
     def _reused(self) -> Attack:
         """Another value under an id that was used."""
         if not self._sent:
@@ -357,6 +370,7 @@ KINDS = (
     *("good",) * 4,
     *("of_this_epoch",) * 3,
     *("repeated",) * 4,
+    *("retried",) * 3,
     *("stale", "future", "wrong_epoch", "without_proof", "retained") * 2,
     *("reused", "beyond", "no_number", "of_another_type", "of_another_role", "nothing"),
     *("malformed", "without_id", "stop"),

@@ -145,6 +145,15 @@ def test_r2_a_setpoint_of_zero_is_carried_out_and_on_record_later(full: World) -
     assert told == ["confirmed", "refused", "confirmed", *["refused"] * 4]
 
 
+def test_r2_zero_is_lower_only_where_a_motor_turns_by_it() -> None:
+    """An analog output at zero may be half of what it was, or the most that it ever meant."""
+    world = World(site_of("s2000"))
+    world.run(2.0)
+    assert world.write("drive-1.analog_output_1", -5.0).verdict is Verdict.CONFIRMED
+    world.journal_problem = "No space left on device"
+    assert world.write("drive-1.analog_output_1", 0.0).cause is Cause.JOURNAL
+
+
 def test_r2_a_stop_is_carried_out_and_on_record_later(full: World) -> None:
     assert full.command("stop").verdict is Verdict.CONFIRMED
     assert full.read("fan-1.running")[0].value is False

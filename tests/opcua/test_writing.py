@@ -224,10 +224,20 @@ async def test_a_call_carries_verdict_and_reason(gateway: Running) -> None:
     assert [output.Value for output in result.OutputArguments] == ["refused", "the drive is not in remote"]
 
 
+async def test_h20_no_stop_is_refused_for_an_argument_too_much(gateway: Running) -> None:
+    async with client_of(gateway, "operator") as client:
+        results = [
+            await call(client, "fan-1", "fan-1.stop", double(1.0)),
+            await call(client, "fan-1", "fan-1.stop", ua.Variant([1, 2], ua.VariantType.Int32)),
+        ]
+    assert [result.StatusCode.name for result in results] == ["Good", "Good"]
+    assert [args for _, name, args, *_ in gateway.bridge.commands if name == "stop"] == [{}, {}]
+
+
 async def test_wrong_arguments_are_named(gateway: Running) -> None:
     async with client_of(gateway, "operator") as client:
         missing = await call(client, "fan-1", "fan-1.run_forward")
-        many = await call(client, "fan-1", "fan-1.stop", double(1.0))
+        many = await call(client, "fan-1", "fan-1.run_forward", double(1.0), double(2.0))
         wrong = await call(client, "fan-1", "fan-1.run_forward", ua.Variant(30, ua.VariantType.Int32))
         elsewhere = await call(client, "fan-1/ParameterSet", "fan-1.stop")
     assert missing.StatusCode.name == "BadArgumentsMissing"

@@ -36,6 +36,9 @@ _CAUSES = {
     ua.StatusCodes.BadWriteNotSupported: Cause.MALFORMED,
 }
 
+STOPS = ("stop", "stop_all")
+"""The commands that are carried out whatever arguments are given."""
+
 _REASONS = {
     ua.StatusCodes.BadUserAccessDenied: "nobody writes without a name and a password",
     ua.StatusCodes.BadTypeMismatch: "of another type than the node (an integer is never taken for a number)",
@@ -86,6 +89,8 @@ class Asker:
         """Carry out a command. Good means that its proof was seen; verdict and reason are outputs."""
         method = self._model.methods.get(wanted.MethodId)
         given = list(wanted.InputArguments or [])
+        if method is not None and method.is_command and method.what.rpartition(".")[2] in STOPS:
+            given = []  # what a stop does not take is passed over: it is never refused for that
         if method is None:
             return await self._call_missing(wanted.MethodId, given, origin, patience)
         if wanted.ObjectId not in method.objects:

@@ -63,7 +63,8 @@ class Quality(StrEnum):
     INVALID = "invalid"
     """The raw value is a sentinel for "no value", or cannot be decoded."""
     NOT_APPLICABLE = "not_applicable"
-    """The point does not exist in the drive's present mode."""
+    """The point does not exist in the drive's present mode, or holds a name in place of a number
+    (``switched_off``)."""
     CONFIGURATION = "configuration"
     """The mapping and the drive contradict each other."""
 

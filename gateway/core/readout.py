@@ -17,6 +17,10 @@ from gateway.mapping.profile import Point
 from gateway.modbus.encoding import decode
 from gateway.tag import Quality, Value
 
+UNREADABLE = ("invalid", "not_decimal", "not_a_number")
+"""Names of raw values that say nothing but that the reading is bad. Any other name (``switched_off``) is what
+the drive holds in place of a number: it is no fault, and there is no number to show."""
+
 
 class Reading(NamedTuple):
     """What words say: the part of a sample that needs no time. ``text`` as in `gateway.tag.Sample`."""
@@ -37,6 +41,8 @@ def read_as(meaning: Meaning | Meaningless, words: Sequence[int]) -> Reading:
     if isinstance(meaning, Meaningless):
         return Reading(None, meaning.quality, None, meaning.reason)
     decoded = decode(meaning.encoding, words, meaning.times)
+    if decoded.special is not None and decoded.special not in UNREADABLE:
+        return Reading(None, Quality.NOT_APPLICABLE, decoded.special, decoded.special)
     if decoded.special is not None or decoded.value is None:
         return Reading(None, Quality.INVALID, decoded.special, decoded.special or "cannot be decoded")
     return Reading(decoded.value, Quality.GOOD, decoded.text)

@@ -149,7 +149,7 @@ def found_object(seen: Found) -> dict[str, Any]:
         "answers": seen.answers,
         "read": len(seen.samples),
         "good": sum(sample.quality is Quality.GOOD for sample in seen.samples.values()),
-        "not_applicable": _of_quality(seen, Quality.NOT_APPLICABLE),
+        "not_applicable": _absent(seen),
         "refused": [name for name, sample in seen.samples.items() if sample.quality in _REFUSED],
         "unread": list(seen.unread),
         "sources": seen.sources,
@@ -183,14 +183,16 @@ def _remarks(seen: Found) -> Iterator[str]:
             point = seen.point(name)
             shown = value_text(seen.samples[name], point)
             yield f"{name} is {shown}, outside {_range_text(point)} of this site"
-    if absent := _of_quality(seen, Quality.NOT_APPLICABLE):
+    if absent := _absent(seen):
         yield f"not there in the present mode: {', '.join(absent)}"
     if unread := list(seen.unread):
         yield f"not read, because a selector would have to be written: {', '.join(unread)}"
 
 
-def _of_quality(seen: Found, quality: Quality) -> list[str]:
-    return [name for name, sample in seen.samples.items() if sample.quality is quality]
+def _absent(seen: Found) -> list[str]:
+    """The points that are not there in the present mode; what has a name in place of a number is there."""
+    absent = (name for name, sample in seen.samples.items() if sample.quality is Quality.NOT_APPLICABLE)
+    return [name for name in absent if not seen.samples[name].text]
 
 
 def _comm_loss(seen: Found) -> str | None:

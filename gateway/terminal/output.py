@@ -46,13 +46,9 @@ def value_text(sample: Sample, point: PointInfo) -> str:
     return sample.text or with_unit(sample.value, point)
 
 
-UNREADABLE = ("invalid", "not_decimal", "not_a_number")
-"""Names of raw values that say nothing but that the reading is bad."""
-
-
 def is_named(sample: Sample) -> bool:
     """True for what is no number and has a name of its own: ``switched_off``. It is what the drive holds."""
-    return sample.quality is Quality.INVALID and sample.text not in (None, "", *UNREADABLE)
+    return sample.quality is Quality.NOT_APPLICABLE and bool(sample.text)
 
 
 def with_unit(value: Value, point: PointInfo) -> str:

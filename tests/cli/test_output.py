@@ -99,7 +99,7 @@ def test_an_outcome_shows_the_value_as_a_reading_does(point: PointInfo, value: V
 
 def test_what_is_no_number_and_has_a_name_is_shown_by_it() -> None:
     point = info(ValueType.INTEGER)
-    off = Sample("d.p", None, Quality.INVALID, NOON, text="switched_off", reason="switched_off")
+    off = Sample("d.p", None, Quality.NOT_APPLICABLE, NOON, text="switched_off", reason="switched_off")
     bad = Sample("d.p", None, Quality.INVALID, NOON, text="invalid", reason="invalid")
     assert (value_text(off, point), is_named(off)) == ("switched_off", True)
     assert (value_text(bad, point), is_named(bad)) == ("- (invalid)", False)

@@ -83,7 +83,7 @@ def test_a_mode_that_is_not_the_right_one_refuses_a_run_until_control_is_taken(s
 
 def test_a_sentinel_is_no_number(sl3: World) -> None:
     [sample] = sl3.read("drive-1.p_162")
-    assert (sample.value, sample.quality, sample.reason) == (None, Quality.INVALID, "switched_off")
+    assert (sample.value, sample.quality, sample.reason) == (None, Quality.NOT_APPLICABLE, "switched_off")
 
 
 def test_a_selected_value_is_read_behind_its_selector_which_is_written_once(sl3: World) -> None:

@@ -412,6 +412,6 @@ def test_sl3_example_2_what_is_switched_off_can_be_set_and_read_by_its_name() ->
         put(world, "p_162", value)
         assert writes(world)[-1] == f"01 06 00 A2 {word}"
     [sample] = world.read("drive-1.p_162")
-    assert (sample.value, sample.text, sample.quality) == (None, "switched_off", Quality.INVALID)
+    assert (sample.value, sample.text, sample.quality) == (None, "switched_off", Quality.NOT_APPLICABLE)
     for wrong in (65535, "off"):
         assert world.write("drive-1.p_162", wrong, ENGINEER).verdict is Verdict.REFUSED

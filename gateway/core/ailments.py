@@ -103,7 +103,7 @@ def _count(number: int, one: str, many: str = "") -> str:
 
 def _port_down(finding: Finding, place: Place) -> tuple[str, str]:
     return (
-        f"the port {place.config.port} is not open: {place.reason}",
+        f"the port {place.config.port} is not open: {place.reason.removeprefix(f'{place.config.port}: ')}",
         "look whether the adapter is plugged in, the path is right, and nothing else uses it",
     )
 

@@ -41,6 +41,9 @@ class Doctors:
         self._alarms = alarms
         self._own = own
         self._found: dict[str, dict[str, Diagnosis]] = {name: {} for name in self._configs}
+        self._words = dict.fromkeys(self._configs, "")
+        """The diagnoses as they were when the last one came or went: their numbers grow with each look, and a
+        text that changes every second is no news to anybody."""
         self._queue: list[tuple[float, str]] = []
         for name in self._configs:
             values = {
@@ -81,6 +84,7 @@ class Doctors:
         self._found[name] = present
         self._alarm(name, present, now)
         if _subjects(before) != _subjects(present):
+            self._words[name] = "; ".join(f"{one.text} ({one.remedy})" for one in present.values())
             self._own.changed([tag_of(own_name(name), point) for point in CONDITION], now)
 
     def _alarm(self, name: str, present: Mapping[str, Diagnosis], now: Instant) -> None:
@@ -96,7 +100,7 @@ class Doctors:
         return ", ".join(dict.fromkeys(one.code for one in self._found[name].values())) or HEALTHY
 
     def _text(self, name: str, now: float) -> str:
-        return "; ".join(f"{one.text} ({one.remedy})" for one in self._found[name].values())
+        return self._words[name]
 
 
 def _ours(name: str) -> bool:

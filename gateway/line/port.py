@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import errno
 import os
 import socket
 import termios
@@ -141,10 +142,18 @@ def open_serial(line: LineConfig) -> FilePort:
     try:
         device = _configured(line)
     except (serial.SerialException, termios.error, ValueError, OSError) as error:
-        raise PortError(f"{line.port}: {error}") from error
+        raise PortError(f"{line.port}: {_plainly(error)}") from error
     with contextlib.suppress(ValueError):  # only some drivers have it, and it only makes things faster
         device.set_low_latency_mode(True)
     return FilePort(device.fileno(), device.close)
+
+
+def _plainly(error: Exception) -> str:
+    """What went wrong, once: some errors name the port and the reason again in their text."""
+    number = error.errno if isinstance(error, OSError) else None
+    if number in (errno.EAGAIN, errno.EBUSY):
+        return "busy: another program has it open"
+    return str(error) if number is None or number < 0 else os.strerror(number)
 
 
 def open_tcp(url: str) -> FilePort:
@@ -154,7 +163,7 @@ def open_tcp(url: str) -> FilePort:
         address = parts.hostname or "", parts.port or 502
         connection = socket.create_connection(address, CONNECT_TIMEOUT)
     except (OSError, ValueError) as error:
-        raise PortError(f"{url}: {error}") from error
+        raise PortError(f"{url}: {_plainly(error)}") from error
     connection.setblocking(False)
     connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)

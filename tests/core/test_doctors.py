@@ -62,6 +62,16 @@ def test_a_watcher_is_told_at_once_when_the_condition_changes() -> None:
     assert "`gateway scan simulated:`" in world.samples("_north.diagnosis")[-1].value
 
 
+def test_the_words_of_a_diagnosis_that_stands_do_not_change_every_second() -> None:
+    world = World(make_site(3))
+    world.watch({"_north.diagnosis": 0.5})
+    world.run(3)
+    world.drives["fan-1"].connected = False
+    world.run(40)
+    assert not world.samples("_north.diagnosis")[0].value
+    assert len({sample.value for sample in world.samples("_north.diagnosis")}) == 2
+
+
 def test_it_is_an_alarm_while_it_lasts() -> None:
     world = World(make_site(2))
     world.run(3)

@@ -160,6 +160,21 @@ def test_a_burst_of_noise_is_no_wrong_speed(units: int, seconds: float) -> None:
         assert ward.last == []
 
 
+@pytest.mark.parametrize("damage", [garbage(7), flipped(1.0)])
+def test_garbage_of_all_that_is_over_is_no_second_drive_of_one_that_is_asked_seldom(damage) -> None:  # type: ignore[no-untyped-def]
+    """The others have answered well a hundred times while it was not asked once."""
+    bench = Bench([facts(1), facts(2)], [FakeUnit(1), FakeUnit(2)])
+    bench.quiet = False
+    reads = ((1, 2), (0x27, 5))
+    wants = [Want(unit, *read, period) for unit, period in ((1, 5.0), (2, 0.05)) for read in reads]
+    ward = Ward(bench.start(*wants)).watch(10)
+    everybody(bench, distort=damage)
+    ward.watch(15)
+    everybody(bench, distort=lambda reply: reply)
+    ward.watch(40)
+    assert Illness.TWO_DRIVES not in ward.told
+
+
 @pytest.mark.parametrize("units", [2, 8])
 def test_silence_of_one_drive(units: int) -> None:
     bench = line_of(units)

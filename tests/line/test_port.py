@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import pty
 import socket
@@ -147,3 +148,14 @@ async def test_refusals_say_why(tmp_path: Path) -> None:
     plain.write_text("")
     with pytest.raises(PortError, match="file"):
         await open_port(config(str(plain)))
+
+
+def test_why_a_port_cannot_be_opened_is_said_once() -> None:
+    with pytest.raises(PortError, match=r"^/dev/nothing-there: No such file or directory$"):
+        open_serial(config("/dev/nothing-there"))
+
+
+def test_a_port_that_somebody_else_has_is_busy(near: int) -> None:
+    name = os.ttyname(near)
+    with contextlib.closing(open_serial(config(name))), pytest.raises(PortError, match=f"^{name}: busy"):
+        open_serial(config(name))

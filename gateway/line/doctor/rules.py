@@ -128,6 +128,8 @@ def _doubled(patient: Patient, unit: int) -> dict[str, float]:
 
 
 def _collided(patient: Patient, unit: int) -> dict[str, float]:
+    """Most of its replies garbled while others answered well: what others said before or after tells nothing,
+    since noise and a wrong speed end too."""
     chart, now = patient.chart, patient.now
     garbled = list(chart.incidents(now - 2 * RECENT, Kind.GARBLED))
     mine = [one for one in garbled if one.unit == unit]
@@ -135,7 +137,8 @@ def _collided(patient: Patient, unit: int) -> dict[str, float]:
     if len(mine) < ENOUGH or lasted < LASTING:
         return {}
     good = chart.answers(mine[0].at + 1.0, now, [unit])
-    others = chart.answers(mine[0].at + 1.0, now) - good
+    meanwhile = chart.answers(mine[0].at + 1.0, now) - chart.answers(mine[-1].at + 1.0, now)
+    others = meanwhile - good + chart.answers(mine[-1].at + 1.0, now, [unit])
     theirs = len(garbled) - len(mine)
     shaped = sum(one.like or one.long for one in mine)
     alone = others >= 5 and theirs <= 0.05 * others and len(mine) > good

@@ -254,7 +254,7 @@ class Line:
         question = self._units.question(choice, self._wire.echo.there, now)
         if question is None:
             assert isinstance(choice, Due), "only a planned read can wait for its turn"
-            postpone(choice, self._units[choice.unit].suspicion.next_end(now))
+            postpone(choice, self._units.postponed(choice, now))
             return []
         if isinstance(choice, Waiting) and not question.aside:
             return self._send_job(question, choice.job, now)
@@ -397,4 +397,4 @@ class Line:
         """What other masters ask our units counts as asked and not answered."""
         for unit, request in self._overhearing.requests(data, least):
             if unit in self._units:
-                self._units[unit].suspicion.missed(request, now)
+                self._units[unit].asked_by_another(request, now)

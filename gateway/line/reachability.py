@@ -8,6 +8,7 @@ from collections.abc import Collection
 from gateway.line.interface import UnitFacts
 from gateway.line.resync import Suspicion
 from gateway.line.schedule import Probe
+from gateway.modbus.pdu import Request
 
 FLOOR = 0.03
 """Least seconds to wait for a reply: a USB adapter may hold bytes back for 16 ms, each way a little more."""
@@ -99,6 +100,8 @@ class Unit:
         self.turnaround = Turnaround(facts)
         self.suspicion = Suspicion(facts.unit, self.turnaround.longest)
         self.blocked_until = -math.inf
+        self.shared_at = -math.inf
+        """When another master was last heard to ask it."""
         self.probed_at = -math.inf
         self._probes = 0
         self.silences = 0
@@ -145,6 +148,11 @@ class Unit:
         self.probed_at = now
         self._probes = 1
         return True
+
+    def asked_by_another(self, request: Request, now: float) -> None:
+        """Another master asked it this: it will be answered, and that may look like an answer to us."""
+        self.shared_at = now
+        self.suspicion.missed(request, now)
 
     def late(self, seconds: float) -> None:
         """It began a reply so long after a request that was not waited for any more."""

@@ -12,7 +12,8 @@ request more often in a row than there were older ones open, then one of them at
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections import deque
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from gateway.modbus import pdu
@@ -21,6 +22,11 @@ LATE = 6
 """An answer takes so many of the longest times that it is waited for at most: five time-outs late."""
 PILED = 3
 """Late answers of a unit that answers in order delay each other, by so many times that at most."""
+
+COUNTED = 32
+"""Replies in a row that are counted, at most."""
+RUNS = 64
+"""Requests whose replies in doubt are counted, at most."""
 
 _NONCES = 0x10000
 _STEP = 0x6A09
@@ -43,20 +49,40 @@ class _Open(NamedTuple):
         return self.request.function == request.function or bool(request.error_functions)
 
 
+class _Rival(NamedTuple):
+    """An open request that could have brought a reply: whether it is for the very same registers, and when a
+    reply last came while it was open."""
+
+    asked: _Open
+    same: bool
+    seen: float
+
+
 @dataclass(slots=True)
 class _Run:
-    """The same reply in doubt to the same request, ``count`` times in a row.
+    """The same reply in doubt to the same request, several times in a row. ``replies`` are the last of them:
+    when each was asked for, and when it was heard. ``rivals`` are the open requests that could have brought
+    one of them, each once."""
 
-    ``began`` is when the request was first sent, ``heard`` when the first reply came; up to ``older``
-    requests from before were open.
-    """
-
-    request: bytes
     reply: pdu.Reply
-    began: float
-    heard: float
-    count: int = 0
-    older: int = 0
+    replies: deque[tuple[float, float]] = field(default_factory=lambda: deque(maxlen=COUNTED))
+    rivals: dict[int, _Rival] = field(default_factory=dict)
+
+    def note(self, request: pdu.Request, rivals: list[_Open], at: float, now: float) -> None:
+        """The reply came once more to ``request``, sent at ``at``."""
+        self.replies.append((at, now))
+        self.rivals.update({id(each): _Rival(each, each.request.pdu == request.pdu, now) for each in rivals})
+        oldest = self.replies[0][1]
+        self.rivals = {key: rival for key, rival in self.rivals.items() if rival.seen >= oldest}
+
+    def known_since(self) -> tuple[float, float] | None:
+        """When the latest reply was asked for and heard from which on there were more replies than rivals:
+        one of them at least is no rival's. (What was asked since then for the same registers is none.)"""
+        for count, (asked, heard) in enumerate(reversed(self.replies), 1):
+            others = [rival for rival in self.rivals.values() if rival.seen >= heard]
+            if count > sum(not rival.same or rival.asked.at < asked for rival in others):
+                return asked, heard
+        return None
 
 
 class Suspicion:
@@ -66,7 +92,8 @@ class Suspicion:
         self._horizon = LATE * longest
         self._nonce = unit * 257
         self._open: list[_Open] = []
-        self._run: _Run | None = None
+        self._runs: dict[bytes, _Run] = {}
+        """By request."""
         self._proved = 0.0
         """All requests from before are over for a unit that answers in order."""
         self._write = b""
@@ -105,23 +132,29 @@ class Suspicion:
         cannot be believed."""
         rivals = [each for each in self._still_open(now) if each.may_bring(request, reply)]
         if not rivals:
-            self._run, self._proved = None, max(self._proved, at)
+            self._runs.pop(request.pdu, None)
+            self._proved = max(self._proved, at)
             return now
         if all(self._as_good(each, request, reply) for each in rivals):
             self._answered_in_doubt(request, at, rivals)
             return now
-        run = self._run
-        if run is None or (run.request, run.reply) != (request.pdu, reply):
-            run = self._run = _Run(request.pdu, reply, at, now)
-        run.count += 1
-        own = [each for each in rivals if each.request.pdu == run.request and each.at >= run.began]
-        run.older = max(run.older, len(rivals) - len(own))
+        run = self._run_of(request, reply)
+        run.note(request, rivals, at, now)
         if reply.exception is None:
             self._answered_in_doubt(request, at, rivals)
-        if run.count <= run.older:
+        if (known := run.known_since()) is None:
             return None
-        self._proved = max(self._proved, run.began)
-        return run.heard
+        self._proved = max(self._proved, known[0])
+        return known[1]
+
+    def _run_of(self, request: pdu.Request, reply: pdu.Reply) -> _Run:
+        """How often this reply came to this request in a row; other requests in between change nothing."""
+        run = self._runs.get(request.pdu)
+        if run is None or run.reply != reply:
+            if len(self._runs) >= RUNS:
+                self._runs.clear()
+            run = self._runs[request.pdu] = _Run(reply)
+        return run
 
     def loop_back(self) -> pdu.Request:
         """A question that no late answer can be the reply to."""

@@ -20,6 +20,9 @@ from gateway.line.schedule import Choice, Due, Probe, Waiting
 from gateway.line.transaction import Question
 from gateway.modbus import pdu
 
+SHARED = 10.0
+"""Seconds for which a unit that another master asked counts as one that he asks all the time."""
+
 
 class Units:
     """All units, and whose turn it is to be probed."""
@@ -88,9 +91,22 @@ class Units:
             nonce = understood(unit.facts, unit.suspicion.loop_back())
             return Question(choice.unit, nonce, choice, aside=True)
         apart = self._apart(unit, choice, read, now)
-        if apart is None and (unit.silences or not isinstance(choice, Due)):
+        if apart is None and (
+            unit.silences or not isinstance(choice, Due) or now >= self.postponed(choice, now)
+        ):
             return self._plain(choice)
         return apart
+
+    def postponed(self, choice: Due, now: float) -> float:
+        """Until when a planned read waits for which there is no question that no late answer looks like. A
+        unit that another master asks all the time has its turn nevertheless, when its values get older than
+        promised: what it says is believed once it said the same often enough."""
+        unit = self._units[choice.unit]
+        end = unit.suspicion.next_end(now)
+        if now - unit.shared_at > SHARED:
+            return end
+        patience = choice.block.worst_age
+        return min(end, max(choice.tried_at + patience, choice.read_at + 2 * patience))
 
     def wrote(self, question: Question, at: float) -> None:
         """A write is going out, its last bit at ``at``."""

@@ -104,7 +104,7 @@ async def test_the_port_is_given_back(tmp_path: Path) -> None:
         async with open_core(site) as bridge:
             await bridge.watch({FREQUENCY: 0.05})
             await until_quality(bridge, good=True)
-            with pytest.raises(PortError, match="lock"):
+            with pytest.raises(PortError, match="busy"):
                 await open_port(site.lines[0])
         heard = len(drive.heard)
         (await open_port(site.lines[0])).close()

@@ -181,6 +181,11 @@ class Chart:
         chosen = self.units if units is None else units
         return sum(self.units[unit].answers.since(since, now) for unit in chosen)
 
+    def has_echo(self, since: float, now: float) -> bool:
+        """What we send comes back, with most answers: now and then another master asks just what we asked."""
+        echoes = self.echoes.since(since, now)
+        return echoes > 0 and 2 * echoes >= self.answers(since, now)
+
     def forget(self, now: float) -> None:
         """Let go of what is too old to matter."""
         while self._incidents and self._incidents[0].at <= now - LOOK_BACK:

@@ -199,7 +199,7 @@ class Doctor:
 
     def _stranger(self, frame: Overheard, now: float) -> None:
         """A frame that we did not ask for."""
-        if frame.frame == self._sent and (self._echo or self._chart.echoes.since(now - SECOND, now)):
+        if frame.frame == self._sent and (self._echo or self._chart.has_echo(now - SECOND, now)):
             return  # our own, handed back late
         if frame.sort is Sort.REQUEST or frame.unit not in self.units:
             self._foreign = frame.unit, now

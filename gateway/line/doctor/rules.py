@@ -214,9 +214,9 @@ def latency(patient: Patient) -> Iterator[Finding]:
 
 EXPLAINING: Sequence[tuple[Rule, frozenset[Illness]]] = (
     (echo_missing, frozenset(Illness)),
+    (foreign_master, frozenset({Illness.TWO_DRIVES, Illness.NOISE, Illness.ECHO_UNDECLARED})),
     (wrong_format, frozenset(Illness)),
     (all_silent, frozenset(Illness)),
-    (foreign_master, frozenset({Illness.TWO_DRIVES, Illness.NOISE})),
     (two_drives, frozenset({Illness.NOISE})),
     (late_answers, frozenset()),
     (drive_silent, frozenset()),

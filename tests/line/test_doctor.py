@@ -328,6 +328,32 @@ def test_a_latency_timer_that_begins_with_the_request() -> None:
     ward.watch(15).the(Illness.LATENCY_TIMER)
 
 
+def of_one_length(units: int, period: float, delay: float = 0.005) -> Bench:
+    numbers = range(1, units + 1)
+    bench = Bench([facts(unit) for unit in numbers], [FakeUnit(unit, delay=delay) for unit in numbers])
+    bench.quiet = False
+    return bench.start(*(Want(unit, 0x27, 5, period) for unit in numbers))
+
+
+@pytest.mark.parametrize(
+    ("units", "period"), [(1, 0.1), (1, 0.2), (1, 0.3), (2, 0.1), (2, 0.3), (4, 0.2), (4, 0.3)]
+)
+def test_a_latency_timer_where_all_replies_are_of_one_length(units: int, period: float) -> None:
+    bench = of_one_length(units, period)
+    ward = Ward(bench).watch(5)
+    ward.fault()
+    bench.arrives = grid(0.016)
+    ward.watch(25)
+    assert ward.told == {Illness.LATENCY_TIMER}
+
+
+@pytest.mark.parametrize("units", [1, 3])
+@pytest.mark.parametrize("period", [0.016, 0.05, 0.08, 0.1, 0.2, 0.25, 0.3, 0.4, 1.0])
+def test_replies_of_one_length_on_a_sound_line_are_on_no_grid(units: int, period: float) -> None:
+    for step in range(8):
+        assert not Ward(of_one_length(units, period, 0.004 + 0.0021 * step)).watch(30).first
+
+
 @pytest.mark.parametrize("period", [0.016, 0.08, 0.4])
 def test_a_sound_line_in_step_with_the_grid_has_no_latency_timer(period: float) -> None:
     """Each drive takes a time of its own, and everything comes again after multiples of 16 ms."""

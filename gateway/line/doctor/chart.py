@@ -17,7 +17,7 @@ LOOK_BACK = 30
 """Seconds that are remembered."""
 INCIDENTS = 512
 """Incidents that are remembered at most."""
-ARRIVALS = 64
+ARRIVALS = 192
 """Replies whose moment of arrival is remembered."""
 OWED = 16
 """Replies of a unit that are known to be missing, at most."""

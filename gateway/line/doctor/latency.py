@@ -3,7 +3,8 @@
 FTDI's chips collect what comes in and pass it on every 16 ms (their application note AN232B-04), unless the
 driver asks for less. Then the end of a reply is seen on a grid of 16 ms: a fixed one, or one that begins with
 the request, as the driver has it. On a sound line it is seen when it is there, which depends on its length: a
-drive that needs the same time for replies of all lengths has none of its bytes held back.
+drive that needs the same time for replies of all lengths has none of its bytes held back. Where all replies
+are of one length, the moments of the requests have to tell.
 
 A busy host delays some arrivals by milliseconds. So it is counted how many fall into one narrow window.
 """
@@ -12,6 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from itertools import pairwise
 from statistics import median
 
 from gateway.line.doctor.chart import Arrival
@@ -24,6 +26,8 @@ CHANCE = WINDOW / PERIOD
 """Share of all arrivals that falls into such a window by chance."""
 REPLIES = 40
 """Replies that are looked at, at least."""
+ALIKE = 16
+"""The same where all are of one length: of those the ones whose requests did not wait for another reply."""
 MOST = 0.8
 """So many are nearly all."""
 FEW = 0.6
@@ -34,8 +38,10 @@ SURE = 3.0
 
 def latency_timer(arrivals: Sequence[Arrival]) -> dict[str, float]:
     """What speaks for a timer; empty when nothing does."""
-    if len(arrivals) < REPLIES or densest(one.duration % PERIOD for one in arrivals) > FEW:
+    if len(arrivals) < REPLIES:
         return {}
+    if densest(one.duration % PERIOD for one in arrivals) > FEW:
+        return _alike(_on_their_own(arrivals))
     if densest(_unevenness(arrivals), wraps=False) > MOST:
         return {}
     fixed = densest(one.at % PERIOD for one in arrivals)
@@ -44,8 +50,30 @@ def latency_timer(arrivals: Sequence[Arrival]) -> dict[str, float]:
     enough = MOST if asked > FEW else CHANCE + SURE / math.sqrt(len(arrivals))
     if fixed < enough and relative < MOST:
         return {}
-    grid = round(max(fixed, relative), 2)
-    return {"replies": len(arrivals), "on_grid": grid, "milliseconds": 1000 * PERIOD}
+    return _evidence(arrivals, max(fixed, relative))
+
+
+def _evidence(arrivals: Sequence[Arrival], share: float) -> dict[str, float]:
+    return {"replies": len(arrivals), "on_grid": round(share, 2), "milliseconds": 1000 * PERIOD}
+
+
+def _alike(arrivals: Sequence[Arrival]) -> dict[str, float]:
+    """What speaks for a timer where all replies are of one length: from a sound line they come as far apart
+    as they are asked for, so that they are on no grid if their requests are not."""
+    if len(arrivals) < ALIKE or densest((one.at - one.after) % PERIOD for one in arrivals) > FEW:
+        return {}
+    share = densest(one.at % PERIOD for one in arrivals)
+    return _evidence(arrivals, share) if share >= MOST else {}
+
+
+def _on_their_own(arrivals: Sequence[Arrival]) -> list[Arrival]:
+    """The replies to requests that waited for their time. Those that only waited for the reply before them,
+    and then for as long as a request takes, are on its grid."""
+    pauses = [two.at - two.after - one.at for one, two in pairwise(arrivals)]
+    least = min(pauses, default=0.0)
+    if least > 2 * min(one.duration for one in arrivals):
+        return list(arrivals)
+    return [one for one, pause in zip(arrivals[1:], pauses, strict=True) if pause > least + WINDOW]
 
 
 def _unevenness(arrivals: Sequence[Arrival]) -> list[float]:

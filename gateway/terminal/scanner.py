@@ -79,7 +79,7 @@ def run_scan(port: str, plan: Plan, as_json: bool) -> int:
             trouble = CommandError(_explained(port, error))
     if as_json:
         say_json(end_object(name, plan, report, asker.strangers, time.monotonic() - began))
-    else:
+    elif trouble is None or report.asked:
         _tell_end(name, plan, report, asker.strangers)
     if trouble is not None:
         raise trouble

@@ -129,7 +129,7 @@ def _verdict(suggestion: Suggestion) -> str:
     fits, count = suggestion.fits, len(suggestion.reasons)
     title = suggestion.profile.title
     if not suggestion.likely:
-        return f"{title} hardly; {fits} of {count} observations fit"
+        return f"hardly {title}; {fits} of {count} observations fit"
     return f"perhaps {title}; {fits} of {count} observations fit"
 
 

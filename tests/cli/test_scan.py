@@ -129,3 +129,9 @@ def test_no_such_port(tmp_path: Path) -> None:
     ran = gateway("scan", tmp_path / "none", "--units", "1")
     assert ran.code == 1
     assert "No such file or directory" in ran.err
+
+
+def test_of_a_port_that_cannot_be_opened_nothing_else_is_told() -> None:
+    ran = gateway("scan", "/dev/nothing-there")
+    assert (ran.code, ran.out) == (1, "")
+    assert ran.err.endswith("/dev/nothing-there: No such file or directory\n")

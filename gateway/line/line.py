@@ -293,7 +293,7 @@ class Line:
         assert reply is not None, "it ended with a reply"
         self._overhear(done.surplus, now)
         news = self._heard(unit, done.heard_at)
-        since = unit.suspicion.weigh(done.question.request, reply, done.ends, done.heard_at)
+        since = self._units.weigh(done, reply)
         if since is None and reply.exception is not None:
             done.doubt(reply.exception)
             return [*news, *self._timed_out(done, now)] if now >= done.deadline else news
@@ -396,5 +396,4 @@ class Line:
     def _overhear(self, data: bytes, now: float, least: int = 0) -> None:
         """What other masters ask our units counts as asked and not answered."""
         for unit, request in self._overhearing.requests(data, least):
-            if unit in self._units:
-                self._units[unit].asked_by_another(request, now)
+            self._units.asked_by_another(unit, request, now)

@@ -17,9 +17,11 @@ from gateway.line.requests import (
     understood,
 )
 from gateway.line.schedule import Choice, Due, Probe, Waiting
-from gateway.line.transaction import Question
+from gateway.line.transaction import Question, Transaction
 from gateway.modbus import pdu
 
+ANOTHER = 30.0
+"""Seconds after a word of another master in which damaged bytes count as one."""
 SHARED = 10.0
 """Seconds for which a unit that another master asked counts as one that he asks all the time."""
 
@@ -32,6 +34,8 @@ class Units:
         self._broadcast = broadcast_facts(facts)
         self._wants: Sequence[Want] = ()
         self.probing = Probing()
+        self._another_at = -math.inf
+        """When another master was last heard, whomever he asked."""
 
     def __iter__(self) -> Iterator[Unit]:
         return iter(self._units.values())
@@ -96,6 +100,21 @@ class Units:
         ):
             return self._plain(choice)
         return apart
+
+    def asked_by_another(self, unit: int, request: pdu.Request, now: float) -> None:
+        """Another master was heard to ask this."""
+        self._another_at = now
+        if unit in self._units:
+            self._units[unit].asked_by_another(request, now)
+
+    def weigh(self, done: Transaction, reply: pdu.Reply) -> float | None:
+        """Since when the reply of a transaction is known; None when it cannot be believed. Where another
+        master talks, nothing is believed behind damaged bytes: they may be his question, this its answer."""
+        unit, request = self._units[done.question.unit], done.question.request
+        if done.surplus and done.heard_at - self._another_at < ANOTHER:
+            unit.suspicion.missed(request, done.ends, doubtful=True)
+            return None
+        return unit.suspicion.weigh(request, reply, done.ends, done.heard_at)
 
     def postponed(self, choice: Due, now: float) -> float:
         """Until when a planned read waits for which there is no question that no late answer looks like. A

@@ -80,3 +80,23 @@ def test_more_of_the_same_than_others_can_have_brought_is_believed() -> None:
     assert suspicion.weigh(ours, reply, 10.1, 10.2) is None
     assert suspicion.weigh(ours, reply, 10.3, 10.4) is None
     assert suspicion.weigh(ours, reply, 10.5, 10.6) == pytest.approx(10.2)
+
+
+@pytest.mark.parametrize("stranger", [2, 17])
+def test_what_follows_a_damaged_question_of_another_master_is_not_believed(stranger: int) -> None:
+    """He is heard now and then; once his question comes in damaged, and its answer before ours."""
+    bench = Bench([facts(1)], [FakeUnit(1)])
+    bench.quiet = False
+    bench.start(Want(1, 0x27, 5, 0.3))
+    for number in range(10):
+        bench.receive(frame(bytes((stranger, 3, 0, 0x50, 0, 1))), bench.now + 0.25 + 2.0 * number)
+    bench.run(2.0)
+    theirs = frame(bytes((1, 3, 10)) + bytes((9, 9)) * 5)
+    bench.fakes[1].distort = lambda reply: b"\x01\x03\x00\x60\x00\x45\x85\xd7" + theirs
+    bench.run(10.0)
+    bench.fakes[1].distort = lambda reply: reply
+    told = [block.words for block in bench.of(BlockRead)]
+    assert (0x0909,) * 5 not in told
+    before = len(told)
+    bench.run(60.0)
+    assert len(bench.of(BlockRead)) > before + 100

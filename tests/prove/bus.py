@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import random
+from collections import Counter
 from typing import Protocol
 
+from gateway.mapping.profile import Kind, NumberType, Point, Profile
 from gateway.mapping.site import DriveConfig, LineConfig
 from gateway.simulator.build import build_drives
 from gateway.simulator.drive import Drive as Twin
@@ -18,6 +20,8 @@ from tests.prove.scene import FRAME_FAULTS, LineScene
 from tests.prove.seen import Answer, Frame
 
 CALM = dict.fromkeys(FRAME_FAULTS, 0.0)
+RESTLESS = 1000
+"""Raw values that what is only shown goes through."""
 TURN = 0.1
 """Seconds between the moments at which a motor is looked at: to show all of a drive costs more than to answer
 for it."""
@@ -51,7 +55,7 @@ class Quick(TwinModel):
 class Station(Drive):
     """A drive on the wire that answers what the twin of its profile answers, in the way of its kind."""
 
-    def __init__(self, line: Bus, twin: Twin, *parts: object) -> None:
+    def __init__(self, line: Bus, twin: Twin, profile: Profile, *parts: object) -> None:
         super().__init__(twin.unit, *parts)  # type: ignore[arg-type]
         self.twin = twin
         twin.model.__class__ = Quick
@@ -60,6 +64,8 @@ class Station(Drive):
         self._line = line
         self._number = 0
         self._looked = 0.0
+        self._answers = 0
+        self._restless = restless(profile)
 
     def _reply(self, content: bytes, number: int) -> bytes | None:
         self._number = number
@@ -76,6 +82,8 @@ class Station(Drive):
             self.twin.step(looked)
         before = {at: bank.present(at) for at in written if at in bank.words or at in bank.written}
         reply = framing.unpack(self.twin.handle(framing.pack(content), looked) or b"")
+        if reply is not None and content[1] == READ and reply[1] == READ:
+            reply = self._never_the_same(content, reply)
         watching, name = self._line.watching, self._line.name
         if reply is not None and content[1] == READ and reply[1] == READ:
             words = tuple(int.from_bytes(reply[at : at + 2], "big") for at in range(3, len(reply), 2))
@@ -86,10 +94,41 @@ class Station(Drive):
             watching.did(name, self.unit, self._number, before, written)
         return reply
 
+    def _never_the_same(self, content: bytes, reply: bytes) -> bytes:
+        """What is only shown differs in each answer, so that no old answer looks like a new one."""
+        self._answers += 1
+        first, shown = int.from_bytes(content[2:4], "big"), bytearray(reply)
+        for at in range(3, len(reply), 2):
+            address = first + (at - 3) // 2
+            if address in self._restless:
+                shown[at : at + 2] = ((self._answers * 7 + address) % RESTLESS).to_bytes(2, "big")
+        return bytes(shown)
+
     def looked_at(self, now: float) -> float:
         """The drive's own time: it goes in steps, and never back."""
         self._looked = max(self._looked, now - now % TURN)
         return self._looked
+
+
+def restless(profile: Profile) -> frozenset[int]:
+    """Registers that show a plain number nothing depends on."""
+    alone = Counter(point.address for point in profile.points.values())
+    return frozenset(
+        p.address for p in profile.points.values() if alone[p.address] == 1 and _is_shown_only(p)
+    )
+
+
+def _is_shown_only(point: Point) -> bool:
+    encoding = point.encoding
+    number = not (encoding.width or encoding.values or encoding.times or encoding.words > 1)
+    plain = not (point.cases or point.when or point.select) and encoding.type is NumberType.U16
+    return (
+        number
+        and plain
+        and "frequency" not in point.name
+        and not point.access.writable
+        and point.kind in (Kind.MEASUREMENT, Kind.COUNTER)
+    )
 
 
 def _registers_written(content: bytes) -> dict[int, int]:
@@ -122,8 +161,10 @@ class Bus:
         twins = build_drives(config, {drive.name: options for drive in config.drives})
         parts = (clock, self.wire, self.framing, self.faults)
         self.stations = {
-            twin.unit: Station(self, twin, *parts, random.Random(f"{twin.unit} {seed}"))
-            for twin in twins.values()
+            twin.unit: Station(
+                self, twin, unit_of(config, name).profile, *parts, random.Random(f"{twin.unit} {seed}")
+            )
+            for name, twin in twins.items()
         }
         self._foreigner = Foreigner(*parts, random.Random(f"foreigner {seed}"))
         self._last_read: tuple[Drive, bytes] | None = None

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 from tests.prove.observers.base import Observer
 from tests.prove.observers.control import Bits, Holder, Unasked
 from tests.prove.observers.liveness import Bounded, Recovers
-from tests.prove.observers.outcomes import Entitled, Proved, ToldOnce
+from tests.prove.observers.outcomes import Answered, Entitled, Proved, ToldOnce
 from tests.prove.observers.records import Kept, OnceSent, OnRecord
+from tests.prove.observers.stops import Expires, Repeats
 from tests.prove.observers.values import Promise, Truth
 from tests.prove.observers.wires import Gap, StopFirst
 
@@ -18,15 +19,18 @@ if TYPE_CHECKING:
 ALL: tuple[type[Observer], ...] = (
     Gap,
     StopFirst,
+    Repeats,
     Truth,
     Promise,
     OnRecord,
     OnceSent,
     Kept,
     ToldOnce,
+    Answered,
     Proved,
     Entitled,
     Holder,
+    Expires,
     Unasked,
     Bits,
     Recovers,

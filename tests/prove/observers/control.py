@@ -14,6 +14,8 @@ from tests.prove.observers.base import Observer
 from tests.prove.seen import Frame
 
 EXACT = 1e-6
+LOOK = 0.5
+"""Seconds between two looks at leases that should be over."""
 
 
 class Holder(Observer):
@@ -37,6 +39,7 @@ class Holder(Observer):
         self._cut: set[str] = set()
         """Drives whose holder was cut off: he may return, under another session too."""
         self._began = self.now
+        self._next_look = self.now + LOOK
 
     def began(self) -> None:
         self._reset()
@@ -61,6 +64,16 @@ class Holder(Observer):
         holder = self._holder.get(drive)
         if holder is not None and same(holder, origin):
             self._touched[drive] = self.now
+
+    def stepped(self) -> None:
+        if self.now < self._next_look or not self.box.clients.sessions:
+            return
+        self._next_look = self.now + LOOK
+        for drive, holder in self._holder.items():
+            idle = self.now - self._touched[drive]
+            self.looked += 1
+            if idle > self._drives[drive].control.ttl + LOOK:
+                self.fail(f"{holder.who} is told to hold {drive}, {idle:.3f} s after he did anything")
 
     def left(self, session: int) -> None:
         self._gone(lambda holder: bool(holder.session), self._cut)
@@ -133,14 +146,17 @@ class Unasked(Observer):
         super().__init__(*args)
         self._drives = {drive.name: drive for drive in self.box.site.drives}
 
+        self._ended: set[str] = set()
+        """Drives whose lease ended in this life and left something to be done."""
+        self._before: set[str] = set()
+        """The same of the life before."""
+
     def began(self) -> None:
-        self._ended: dict[str, int] = {}
-        self._asks: dict[str, set[int]] = {}
-        self._by = self.now
+        self._before, self._ended = self._ended, set()
 
     def recorded(self, number: int, entry: dict[str, Any]) -> None:
         if entry["kind"] == "lease" and entry.get("due"):
-            self._ended[entry["drive"]] = self._ended.get(entry["drive"], 0) + 1
+            self._ended.add(entry["drive"])
 
     def sent(self, frame: Frame) -> None:
         intent = frame.intent
@@ -158,6 +174,8 @@ class Unasked(Observer):
             self.fail(f"{intent.entry['what']} by itself ({intent.entry['by']['who']})")
 
     def _allowed(self, drive: DriveConfig, entry: dict[str, Any]) -> bool:
+        if drive.control.on_reappear != "stop" and drive.name not in self._ended | self._before:
+            return False
         action = drive.control.on_expiry or "hold"
         what = entry["what"].partition(".")[2]
         if what == "stop":  # which also follows a setpoint that is not confirmed

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import gc
 import sys
+from collections import Counter, deque
 from typing import Any
 
 from gateway.bridge.api import Batch, DriveState, Happened, LeaseAct, Periods
 from gateway.bridge.messages import Call, DoLease, Done, Promised, Response, Watch, WriteTag
+from gateway.core.attempts import Attempts
+from gateway.core.core import Core
+from gateway.line.trace import Trace
 from gateway.tag import Origin, Quality, Role, Sample, Verdict, is_own, split_tag
 from tests.prove.observers.base import Observer
 from tests.prove.observers.values import drive_of
@@ -24,6 +28,10 @@ before the world ends."""
 VALUE = 7.0
 HEAVY = 150_000
 """Objects that a core may hold at most."""
+LONG = 1_500
+"""Things in one list, dict or set of it; in a world there are tens of thousands of steps."""
+ROOM = (Trace, Attempts)
+"""What may hold more: the last frames of a line, and the ids of commands (`KEEP_SENT`)."""
 
 
 class Recovers(Observer):
@@ -133,19 +141,28 @@ class Bounded(Observer):
 
     def ended(self) -> None:
         self.looked += 1
-        weight = _weight(self.box.core)
+        weight, long = _weight(self.box.core)
         if weight > HEAVY:
             self.fail(f"the core holds {weight} objects")
+        if long:
+            grown = long - _weight(Core(self.box.site, "new"))[1]
+            if grown:
+                self.fail(f"the core holds {max(grown)} things in one place")
 
 
-def _weight(root: Any) -> int:
-    """The number of objects that hang on one; types, modules and what only hangs on a module not counted."""
+def _weight(root: Any) -> tuple[int, Counter[int]]:
+    """The number of objects that hang on one, and the lengths of things longer than `LONG`; types, modules
+    and what only hangs on a module not counted."""
     seen = {id(root), *(id(vars(module)) for module in list(sys.modules.values()) if module is not None)}
     others = len(seen) - 1
-    stack = [root]
+    stack, long, roomy = [root], Counter[int](), set[int]()
     while stack:
         for each in gc.get_referents(stack.pop()):
             if id(each) not in seen and not isinstance(each, type) and type(each).__name__ != "module":
                 seen.add(id(each))
                 stack.append(each)
-    return len(seen) - others
+                if isinstance(each, list | dict | set | deque) and len(each) > LONG and id(each) not in roomy:
+                    long[len(each)] += 1
+                if isinstance(each, ROOM):
+                    roomy |= {id(part) for part in gc.get_referents(each)}
+    return len(seen) - others, long

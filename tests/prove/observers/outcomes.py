@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from gateway.bridge.messages import Done, Response, RunCommand, WriteTag
+from gateway.bridge.messages import Call, Done, Response, RunCommand, TurnedAway, WriteTag
 from gateway.tag import Cause, Outcome, Verdict
 from tests.prove.observers.base import Observer
 from tests.prove.observers.values import Reading
-from tests.prove.seen import Frame, Request
+from tests.prove.seen import Answer, Frame, Request
 
 LATE = 0.001
 ALREADY = "it was so already"
@@ -57,6 +57,37 @@ class ToldOnce(Answering):
             self.fail(f"{request.what} of {request.at:.3f} has no outcome")
 
 
+class Answered(Observer):
+    """Whatever is asked is answered."""
+
+    name, hazard = "all that is asked is answered", "D1"
+    most = 30.0
+
+    def __init__(self, *args: Any) -> None:
+        super().__init__(*args)
+        self._open: dict[tuple[int, int], tuple[Call, float]] = {}
+
+    def died(self) -> None:
+        self._open.clear()
+
+    def left(self, session: int) -> None:
+        self._open = {key: what for key, what in self._open.items() if key[0] != session}
+
+    def asked(self, session: int, call: Call) -> None:
+        if not isinstance(call, WriteTag | RunCommand | TurnedAway):
+            self._open[session, call.id] = call, self.now
+
+    def told(self, session: int, message: Response) -> None:
+        number = getattr(message, "id", None)
+        if number is not None and self._open.pop((session, number), None) is not None:
+            self.looked += 1
+
+    def ended(self) -> None:
+        for call, at in self._open.values():
+            if self.now - at > self.most:
+                self.fail(f"{call!r:.200} of {at:.3f} is not answered")
+
+
 def _same(first: Outcome, second: Outcome) -> bool:
     """The same, or the restart's word for what nobody knows any more."""
     return first == second or second.cause is Cause.SHUTTING_DOWN or first.verdict is Verdict.UNKNOWN
@@ -91,7 +122,7 @@ class Proved(Answering):
         since = request.at if frame is None or request.is_stop else frame.end
         answers = [a for a in self.seen.answers[drive.line, drive.unit] if a.at >= since - 1e-9]
         if isinstance(ask, RunCommand):
-            return bool(answers) or not any(point.access.readable for point in self._points(ask, drive))
+            return self._obeyed(ask, drive, answers)
         point = drive.profile.points[ask.target.partition(".")[2]]
         reading = Reading(drive, point)
         found = [words for a in answers if (words := a.at_registers(point.address, point.words))]
@@ -106,11 +137,18 @@ class Proved(Answering):
             ]
         return any(reading.fits(words, value) for words in found)
 
-    def _points(self, ask: RunCommand, drive: Any) -> list[Any]:
+    def _obeyed(self, ask: RunCommand, drive: Any, answers: list[Answer]) -> bool:
+        """Each thing that the last step is to bring about was in an answer; without any, some answer came."""
+        points = drive.profile.points
         steps = drive.profile.commands[ask.name].steps
-        return [drive.profile.points[term.name] for step in steps for term in step.until] + [
-            drive.profile.points[name] for step in steps for name in step.write
-        ]
+        written = [points[name] for step in steps for name in step.write]
+        terms = [(Reading(drive, points[t.name]), t) for t in steps[-1].until if t.name in points]
+        for reading, term in terms:
+            found = (a.at_registers(reading.point.address, reading.point.words) for a in answers)
+            numbers = [reading.number(words) for words in found if words is not None]
+            if not any(low <= number <= high for number in numbers for low, high in term.ranges):
+                return not reading.plain and bool(numbers)
+        return bool(terms) or bool(answers) or not any(point.access.readable for point in written)
 
 
 class Entitled(Answering):
@@ -124,15 +162,38 @@ class Entitled(Answering):
         if request is None or frame.intent is None:
             return
         self.looked += 1
+        self._as_asked(request, frame)
         if request.hostile:
             self.fail(f"{request.what} ({request.hostile}) is on the wire: {frame.data.hex(' ')}")
         if request.is_stop:
             return
         late = frame.at - request.at - request.ask.ttl
-        if len(request.frames) == 1 and late > LATE and not _selects(frame):
+        if len(request.frames) == 1 and late > LATE:
             self.fail(f"{request.what} of {request.at:.3f} went out {late:.3f} s after its time to live")
         if request.told:
             self.fail(f"{request.what} went out after its outcome {request.told[0][1]}")
+
+    def _as_asked(self, request: Request, frame: Frame) -> None:
+        """The record names whose request it is and what, and the words mean the value that was asked for."""
+        ask, drive, intent = request.ask, request.drive, frame.intent
+        assert intent is not None
+        if intent.entry["what"] != request.what or intent.entry["by"]["who"] != ask.origin.who:
+            text = f"{request.what} of {ask.origin.who} is on record as {intent.entry['what']}"
+            self.fail(f"{text} of {intent.entry['by']['who']}")
+        if drive is None:
+            return
+        if (frame.line, frame.unit) != (drive.line, drive.unit):
+            self.fail(f"{request.what} went to unit {frame.unit} of {frame.line}")
+        if not isinstance(ask, WriteTag) or not isinstance(ask.value, bool | int | float):
+            return
+        point = drive.profile.points[ask.target.partition(".")[2]]
+        reading, first = Reading(drive, point), point.address - frame.address
+        if not reading.plain or point.pulse or point.pace.slew is not None:
+            return
+        if 0 <= first <= len(frame.words) - point.words:
+            words = frame.words[first : first + point.words]
+            if not reading.fits(words, ask.value):
+                self.fail(f"{request.what} = {ask.value!r} went out as {frame.data.hex(' ')}")
 
     def told(self, session: int, message: Response) -> None:
         request = self._asked.get((session, message.id)) if isinstance(message, Done) else None
@@ -142,7 +203,3 @@ class Entitled(Answering):
         nothing = outcome.verdict in (Verdict.REFUSED, Verdict.EXPIRED, Verdict.SUPERSEDED)
         if outcome.sent == 0 and request.frames and request.life == self.seen.life and nothing:
             self.fail(f"{request.what}: {outcome} although {request.frames[0].data.hex(' ')} was sent")
-
-
-def _selects(frame: Frame) -> bool:
-    return False

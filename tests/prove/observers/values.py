@@ -30,12 +30,24 @@ class Reading:
         self.slot = Slot(point.address, point.encoding)
         self.plain = not (point.cases or point.when or point.select or point.encoding.times is not None)
 
+    def _raw(self, words: tuple[int, ...]) -> int:
+        return self.slot.read(dict(enumerate(words, self.point.address)))
+
+    def number(self, words: tuple[int, ...]) -> float:
+        """What these registers mean in the unit."""
+        raw = self._raw(words)
+        if self.point.encoding.active_low:
+            return 1 - raw
+        return self.slot.number(raw) * self.slot.scale + self.slot.offset
+
     def fits(self, words: tuple[int, ...], value: Value) -> bool:
         """True when these registers mean this value."""
-        raw = self.slot.read(dict(enumerate(words, self.point.address)))
-        number = self.slot.number(raw) * self.slot.scale + self.slot.offset
-        if isinstance(value, str) or value is None:
+        if value is None:
             return True
+        if isinstance(value, str):
+            named = self.point.encoding.values.get(self._raw(words))
+            return named is None or named == value
+        number = self.number(words)
         return abs(number - value) <= max(abs(self.slot.scale) / 2, 1e-9)
 
 

@@ -46,8 +46,9 @@ from tests.prove.troubles import Troubles
 
 MOST_AT_ONCE = 5_000
 """Steps at one instant: with more of them the core does nothing but go round in circles."""
+JUST_AFTER = 1e-7
+"""Seconds: what came in is looked at before the time that has come."""
 PORT_OPENS = 0.002
-PORT_TRIED_AGAIN = 1.0
 _encode = msgspec.msgpack.Encoder().encode
 
 
@@ -98,6 +99,8 @@ class Box:
         """When the machine was switched on."""
         self._mono = 0.0
         self._wake_mono = self._wake_at = math.inf
+        self.stalled_until = 0.0
+        """Until then the process stands still."""
         self._at_once = 0
         """Steps at the present instant."""
         self.machine = 0
@@ -130,6 +133,8 @@ class Box:
         clock, report = self.clock, self.report
         while not report.wrong:
             wake = self._wake_at
+            if wake < self.stalled_until:
+                wake = self.stalled_until + JUST_AFTER
             if min(wake, clock.next()) > self.scene.end:
                 break
             if wake <= clock.next():
@@ -314,6 +319,8 @@ class Box:
             return
         self._numbers += 1
         frame = bus.transmit(data, self._numbers)
+        if self.core is not None:
+            self.core.transmitting(line, self.instant().mono)
         self.seen.sent(frame)
         self._all("sent", frame)
 
@@ -372,9 +379,17 @@ class Box:
     # -- what happens on wires
 
     def heard(self, line: str, data: bytes) -> None:
-        """Bytes arrived at a port."""
+        """Bytes arrived at a port; a process that stands still finds them there afterwards."""
         self._all("heard", line, data)
-        self.feed(Received(line, data))
+        if self.clock.now >= self.stalled_until:
+            self.feed(Received(line, data))
+        else:
+            found = Received(line, data, self.instant().mono)
+            self.clock.at(self.stalled_until, lambda life=self.seen.life: self._find(found, life))  # type: ignore[misc]
+
+    def _find(self, found: Received, life: int) -> None:
+        if life == self.seen.life and self.buses[found.line].open:
+            self.feed(found)
 
     def answered(self, line: str, unit: int, answer: Answer) -> None:
         """A drive answers a read."""

@@ -248,6 +248,25 @@ class Clients:
         since = request.told[0][0] if request.told else request.at
         return self.box.clock.now - since < REPEATED_WITHIN and self.box.clock_set <= request.at
 
+    def _hasty(self, drive: DriveConfig, person: Person, rng: random.Random) -> None:
+        """Somebody commands, and has the right to it no more before it is on the wire."""
+        (self._setpoint if rng.random() < 0.5 else self._run)(drive, person, rng)
+        bert = next(p for p in self.people if p.role is Role.ENGINEER)
+        number, name, origin = self.next_id(), drive.name, person.origin
+        calls: tuple[Call, ...] = (
+            DoLease(number, name, LeaseAct.RELEASE, origin, ""),
+            DoLease(number, name, LeaseAct.TAKE, bert.origin, ""),
+            Maintain(number, name, True, bert.origin, "box"),
+        )
+        call = rng.choice(calls)
+
+        def then() -> None:
+            self.ask("opcua" if call is not calls[0] else person.through, call)
+
+        self.box.clock.at(self.box.clock.now + rng.choice((0.0, 0.001, 0.01, 0.05)), then)
+        if call is calls[2]:
+            self.box.clock.at(self.box.clock.now + 2.0, lambda: self.maintain(drive, False))
+
     def _lease(self, drive: DriveConfig, person: Person, rng: random.Random) -> None:
         acts = (LeaseAct.ACQUIRE, LeaseAct.ACQUIRE, LeaseAct.RENEW, LeaseAct.RELEASE, LeaseAct.TAKE)
         self.ask(person.through, DoLease(self.next_id(), drive.name, rng.choice(acts), person.origin, ""))

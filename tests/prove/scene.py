@@ -37,6 +37,7 @@ CLIENT_ACTS = {
     "read": 0.02,
     "watch": 0.02,
     "command": 0.01,
+    "hasty": 0.02,
 }
 """What clients do, and how often in a second in all of a world."""
 
@@ -51,6 +52,7 @@ TROUBLES = {
     "intruder": 0.006,
     "unplugged": 0.006,
     "hang_up": 0.006,
+    "stall": 0.02,
     "clock_jump": 0.01,
     "disk_fails": 0.008,
     "disk_full": 0.005,

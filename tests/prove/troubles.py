@@ -89,6 +89,10 @@ class Troubles:
     def _hang_up(self, drive: DriveConfig, rng: random.Random) -> None:
         self._box.unplug(drive.line, 0.0)
 
+    def _stall(self, drive: DriveConfig, rng: random.Random) -> None:
+        """The process stands still; bytes go on coming in."""
+        self._box.stalled_until = self._box.clock.now + rng.choice((0.003, 0.02, 0.1, 0.3))
+
     def _clock_jump(self, drive: DriveConfig, rng: random.Random) -> None:
         seconds = rng.choice((0.5, -0.5, 60.0, -60.0, 86400.0 * 365, -3600.0))
         self._box.jump(seconds)

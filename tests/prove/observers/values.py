@@ -17,8 +17,9 @@ from tests.prove.observers.base import Observer
 from tests.prove.seen import Frame
 
 STALE_PERIODS = 2
-LATE = 0.35
-"""Seconds that may pass until a broken promise is shown: ages are looked at ten times a second."""
+LATE = 0.65
+"""Seconds that may pass until a broken promise is shown: ages are looked at ten times a second, by a process
+that may stand still for a while."""
 EXACT = 1e-4
 
 

@@ -124,8 +124,8 @@ class Box:
 
     # -- playing
 
-    def run(self) -> Report:
-        """Play it to its end, or to the first violation."""
+    def run(self, until: float = math.inf) -> Report:
+        """Play it to its end, to the first violation, or ``until`` then."""
         for each in self.scene.happenings:
             self.clock.at(each.at, lambda each=each: self._happen(each.what, each.number))  # type: ignore[misc]
         self.clock.at(self.scene.seconds, self._calm_down)
@@ -135,14 +135,14 @@ class Box:
             wake = self._wake_at
             if wake < self.stalled_until:
                 wake = self.stalled_until + JUST_AFTER
-            if min(wake, clock.next()) > self.scene.end:
+            if min(wake, clock.next()) > min(self.scene.end, until):
                 break
             if wake <= clock.next():
                 clock.now = max(clock.now, wake)
                 self._tick()
             else:
                 clock.happen()
-        if not report.wrong:
+        if not report.wrong and self.scene.end <= until:
             clock.now = self.scene.end
             self._all("ended")
         return self._finished()
@@ -213,7 +213,10 @@ class Box:
     def _tick(self) -> None:
         """The core's moment has come: on its own clock no rounding makes it too early."""
         self._mono = max(self._mono, self._wake_mono)
-        self.feed(Ticked())
+        ahead = self.core.look_ahead(self.instant().mono) if self.core is not None else []
+        for action in ahead:  # as the shell does: first the bytes, then the decision
+            self._carry_out(action)
+        self.feed(Ticked(), ahead)
 
     def _look_for_wake(self) -> None:
         """When the core wants to be woken."""
@@ -263,8 +266,9 @@ class Box:
 
     # -- steps
 
-    def feed(self, event: Event) -> None:
-        """Take the core a step further, and carry out what it says. It may die on the way."""
+    def feed(self, event: Event, sent: Sequence[Transmit] = ()) -> None:
+        """Take the core a step further, and carry out what it says. It may die on the way. ``sent``: what is
+        on the wire already of that."""
         if self.core is None:
             return
         self.report.steps += 1
@@ -284,7 +288,8 @@ class Box:
             return
         last = self._rng.randint(0, len(actions)) if self.dying == 0 else len(actions)
         for action in actions[:last]:
-            self._carry_out(action)
+            if action not in sent:
+                self._carry_out(action)
         if self.dying == 0:
             self.die(power=False)
         elif self.dying > 0:

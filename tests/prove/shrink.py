@@ -14,12 +14,17 @@ RUNS = 150
 Fails = Callable[[Scene], bool]
 
 
+LATER = 5.0
+"""Seconds after the first failure up to which a shorter world may fail; no more of the others is played."""
+
+
 def fails_alike(report: Report) -> Fails:
-    """Whether a scene fails as this one did: at the same invariant."""
+    """Whether a scene fails as this one did: at the same invariant, and not much later."""
     names = {violation.invariant for violation in report.wrong}
+    until = report.wrong[0].at + LATER
 
     def fails(scene: Scene) -> bool:
-        return any(violation.invariant in names for violation in Box(scene).run().wrong)
+        return any(violation.invariant in names for violation in Box(scene).run(until).wrong)
 
     return fails
 

@@ -11,8 +11,9 @@ from collections.abc import Iterator
 import pytest
 
 from tests.prove.box import Box
-from tests.prove.plants import PLANTS, search
+from tests.prove.plants import PLANTS, planted, search
 from tests.prove.scene import scene_of
+from tests.prove.shrink import shrunk, told
 
 WORLDS = 30
 PER_TEST = 2
@@ -60,7 +61,29 @@ def test_a_world_is_the_same_each_time_in_any_process() -> None:
     assert len(traces) == 1
 
 
-@pytest.mark.parametrize("name", ["the read-back is dropped", "old values stay good"])
+QUICK = (
+    "the read-back is dropped",
+    "old values stay good",
+    "the silence is cut short",
+    "a stop waits its turn",
+    "an outcome is told twice",
+)
+
+
+@pytest.mark.parametrize("name", QUICK)
 def test_a_fault_planted_by_hand_is_found(name: str) -> None:
     """`python -m tests.prove --plants` searches for all of them."""
     assert search(PLANTS[name]) is not None
+
+
+def test_a_world_that_fails_tells_how_to_play_it_again_and_the_shortest_that_fails_alike() -> None:
+    with planted(PLANTS["an outcome is told twice"]):
+        scene = scene_of(1)
+        report = Box(scene).run()
+        short = shrunk(scene, report, runs=40)
+        again, text = Box(short).run(), "\n".join(told(scene, report, short))
+    assert [v.invariant for v in again.wrong] == [v.invariant for v in report.wrong]
+    assert len(short.happenings) < len(scene.happenings)
+    assert "python -m tests.prove --seed 1" in text
+    assert f"trace {report.trace}; played again: the same" in text
+    assert f"trace {again.trace}" in text

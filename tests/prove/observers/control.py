@@ -147,16 +147,22 @@ class Unasked(Observer):
         self._drives = {drive.name: drive for drive in self.box.site.drives}
 
         self._ended: set[str] = set()
-        """Drives whose lease ended in this life and left something to be done."""
+        """Drives on which the end of a lease left something to be done in this life."""
         self._before: set[str] = set()
         """The same of the life before."""
+        self._owed: set[str] = set()
+        """Where it is not done yet, as far as the journal tells."""
 
     def began(self) -> None:
-        self._before, self._ended = self._ended, set()
+        self._before, self._ended = self._ended | self._owed, set()
 
     def recorded(self, number: int, entry: dict[str, Any]) -> None:
-        if entry["kind"] == "lease" and entry.get("due"):
-            self._ended.add(entry["drive"])
+        if entry["kind"] != "lease":
+            return
+        drive = entry["drive"]
+        if entry["due"] or drive in self._owed:
+            self._ended.add(drive)
+        (self._owed.add if entry["due"] else self._owed.discard)(drive)
 
     def sent(self, frame: Frame) -> None:
         intent = frame.intent

@@ -35,8 +35,12 @@ class Troubles:
         for line in box.plugged:
             box.plugged[line] = True
         box.dying = -1
-        for drive in box.site.drives:
-            box.clients.maintain(drive, False)
+        for later in (0.0, 10.0, 20.0):  # the core may just be away
+            box.clock.at(box.clock.now + later, self._end_maintenance)
+
+    def _end_maintenance(self) -> None:
+        for drive in self._box.site.drives:
+            self._box.clients.maintain(drive, False)
 
     def _station(self, drive: DriveConfig) -> Station:
         return self._box.buses[drive.line].stations[drive.unit]

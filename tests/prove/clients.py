@@ -87,7 +87,10 @@ class Clients:
         self.box.clock.at(self.box.clock.now + self._rng.uniform(0.05, STARTS_AFTER), connect)
 
     def _connect(self, name: str) -> None:
-        self.sessions[name] = self.box.join(name, ADAPTERS[name])
+        session = self.box.join(name, ADAPTERS[name])
+        if self.box.core is None:
+            return  # it died of that step
+        self.sessions[name] = session
         self.ask(name, Watch(self.next_id(), dict(self._wants[name])))
         if name == "mqtt" and self.box.core is not None:
             self._office = Office(self)

@@ -17,6 +17,7 @@ from gateway.core.gaps import GapWatch
 from gateway.core.lines import Lines
 from gateway.core.oversight import Oversight
 from gateway.core.polling import Polling
+from gateway.core.rarely import MANY_READS, Rarely, never
 from gateway.core.reads import Reads
 from gateway.core.requests import Writes
 from gateway.core.watch import Watchkeeper
@@ -41,6 +42,7 @@ class Aftermath:
     watchkeeper: Watchkeeper
     oversight: Oversight
     act: Callable[[Action], None]
+    rarely: Rarely = never
     _waiting: deque[tuple[str, line_does.BlockRead]] = field(default_factory=deque)
 
     @property
@@ -51,7 +53,7 @@ class Aftermath:
     @property
     def presses(self) -> bool:
         """True when so many wait that even a line that is due has to."""
-        return len(self._waiting) > MANY
+        return len(self._waiting) > MANY or (self.waits and self.rarely(MANY_READS))
 
     def settle(self, now: Instant) -> None:
         """Deal with what the lines did, and with what that made them do, until nothing is left but reads."""

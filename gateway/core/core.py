@@ -62,6 +62,7 @@ from gateway.core.oversight import Oversight
 from gateway.core.own import OwnTags
 from gateway.core.polling import Polling
 from gateway.core.procedure import Ask, Procedure
+from gateway.core.rarely import Rarely, never
 from gateway.core.reads import Reads
 from gateway.core.requests import Writes
 from gateway.core.selected import SelectedReads
@@ -83,18 +84,19 @@ class Core:
     Args:
         site: the configuration in force.
         version: of the program, for the catalogue.
+        rarely: which rare paths to take for no reason.
     """
 
     ended = False
     """It was told to stop (`Stopping`) and has: the ports may be closed."""
     _ends_at = math.inf
 
-    def __init__(self, site: Site, version: str) -> None:
+    def __init__(self, site: Site, version: str, rarely: Rarely = never) -> None:
         self.site = site
         self.drives = [Drive(config) for config in site.drives]
         self._now = Instant(0.0, 0)
         self._actions: list[Action] = []
-        self.lines = Lines(site, self.drives, self._admits)
+        self.lines = Lines(site, self.drives, self._admits, rarely)
         self.polling = Polling(self.drives, dict(site.rates), self._publish)
         self.clients = Clients(self.polling.demands, self._tell)
         self.trail = Trail(self._act)
@@ -104,6 +106,7 @@ class Core:
         self.wear = WearGuard(site, self.drives, self.alarms, self.own, self.trail)
         self.control = Control(self.drives, self.clients, self.own, self.trail.record)
         self._writes = self._make_writes()
+        self._writes.rarely = rarely
         self._selected = SelectedReads(self.polling, site.writes_enabled, self._start_quietly)
         self._reads = Reads(self.polling, self.own, self._is_down, self._read, self._selected.read)
         self._gaps = self._gap_watch()
@@ -126,6 +129,7 @@ class Core:
             watchkeeper=self._watchkeeper,
             oversight=self._oversight,
             act=self._act,
+            rarely=rarely,
         )
         self.catalogue = catalogue_of(site, self.drives, self.own, version, generation=1)
 

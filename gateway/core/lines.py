@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 
 from gateway.core.drive import Drive
+from gateway.core.rarely import UNFORETOLD, Rarely, never
 from gateway.line.interface import Action, Job, LineSettings, Plan, Read, Want, Write
 from gateway.line.line import Line
 from gateway.mapping.site import LineConfig, Site
@@ -15,7 +16,14 @@ from gateway.mapping.site import LineConfig, Site
 class Lines:
     """All lines of a site. What they do is collected, in order, for `next_action`."""
 
-    def __init__(self, site: Site, drives: Sequence[Drive], admits: Callable[[int], bool]) -> None:
+    def __init__(
+        self,
+        site: Site,
+        drives: Sequence[Drive],
+        admits: Callable[[int], bool],
+        rarely: Rarely = never,
+    ) -> None:
+        self._rarely = rarely
         self._drives = {(drive.line, drive.unit): drive for drive in drives}
         self._lines = {
             config.name: Line(
@@ -158,7 +166,11 @@ class Lines:
         self._moments[name] = now
         self._foretold.pop(name, None)
         at = self._note_wake(name)
-        if now < at < math.inf and (data := self._lines[name].look_ahead(at)):
+        if (
+            now < at < math.inf
+            and not self._rarely(UNFORETOLD)
+            and (data := self._lines[name].look_ahead(at))
+        ):
             self._foretold[name] = data
 
     def _note_wake(self, name: str) -> float:

@@ -30,6 +30,7 @@ from gateway.core.memory import Memory
 from gateway.core.once import KEEP, RESTARTED, Key, Once, Waiter
 from gateway.core.polling import Polling, wall_of
 from gateway.core.procedure import Ask, Procedure
+from gateway.core.rarely import MANY_IDS, MANY_WRITES, Rarely, never
 from gateway.core.runner import Runner
 from gateway.core.sending import UNRECORDED
 from gateway.core.trail import Trail
@@ -78,6 +79,8 @@ class Writes:
         control: Control,
         replan: Callable[[Collection[str]], None],
     ) -> None:
+        self.rarely: Rarely = never
+        """Set by the core."""
         self._asks = asks
         self._polling = polling
         self._clients = clients
@@ -189,9 +192,9 @@ class Writes:
         for drive in ask.drives:
             if self._runner.insists(drive):
                 raise refuse(Cause.PRECONDITION, f"a stop of {drive.name} is not answered yet; it goes first")
-        if len(self._pending) > MAX_UNDER_WAY:
+        if len(self._pending) > MAX_UNDER_WAY or self.rarely(MANY_WRITES):
             raise refuse(Cause.OVERFLOW, f"{MAX_UNDER_WAY} writes are under way already")
-        if key is not None and not self._once.room(self._trail.lived):
+        if key is not None and (not self._once.room(self._trail.lived) or self.rarely(MANY_IDS)):
             reason = f"{KEEP} ids have to be remembered already (give commands a shorter time to live)"
             raise refuse(Cause.OVERFLOW, reason)
         if self._trail.problem and not ask.harmless:

@@ -108,6 +108,7 @@ class Box:
         self.dying = -1
         """Steps that the core has left to live; negative: no end is near."""
         self._rng = random.Random(f"box {scene.seed}")
+        self._rare = random.Random(f"rare {scene.seed}")
         self._hash = hashlib.blake2b(digest_size=16)
         self._numbers = 0
         self._sessions = 0
@@ -237,10 +238,18 @@ class Box:
         self.seen.begin()
         self.dying = -1
         self._all("began")
-        self.core = Core(self.site, "box")
+        self.core = Core(self.site, "box", self._rarely)
         boot = Boot(id=f"boot-{self.seen.life}", machine=f"machine-{self.machine}")
         self.feed(Started(found.memory, boot, found.broken, found.cut))
         self.clients.began()
+
+    def _rarely(self, path: str) -> bool:
+        """Whether the core takes a rare path for no reason."""
+        share = self.scene.rare.get(path, 0.0)
+        if not share or self.calm or self._rare.random() >= share:
+            return False
+        self.count(f"rare: {path}")
+        return True
 
     def die(self, power: bool) -> None:
         """The core is gone, at once; with ``power`` the machine is too."""

@@ -25,6 +25,7 @@ from gateway.line.line import Line
 from gateway.line.reachability import Probing
 from gateway.line.resync import Suspicion
 from gateway.line.schedule import Schedule
+from gateway.line.units import Units
 from gateway.tag import Instant, Outcome, Role, Verdict
 from tests.core.faultydisk import FaultyFile
 
@@ -65,6 +66,11 @@ def _short_gap(plain: Callable[..., Any]) -> Callable[..., Any]:
 def _believes(self: Suspicion, request: Any, reply: Any, at: float, now: float) -> float:
     """Any answer is the answer."""
     return now
+
+
+def _just_ask(self: Units, unit: Any, choice: Any, read: Any, now: float) -> Any:
+    """Nothing is asked so that its answer looks unlike those that may still come."""
+    return self._plain(choice)
 
 
 def _all_but_last(plain: Callable[..., Any]) -> Callable[..., Any]:
@@ -225,7 +231,7 @@ def _acknowledged(self: Scribe, problem: str) -> None:
 
 PLANTS: dict[str, Plant] = {
     "late answers are forgotten": ((Suspicion, "missed", nothing),),
-    "the resynchronisation is skipped": ((Suspicion, "weigh", _believes),),
+    "the resynchronisation is skipped": ((Suspicion, "weigh", _believes), (Units, "_apart", _just_ask)),
     "the silence counts from our own request": (instead(Line, "_over", _no_gap),),
     "the silence is cut short": (instead(Line, "_over", _short_gap),),
     "a stop waits its turn": ((Schedule, "_next_stop", nothing),),

@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from typing import Literal, NamedTuple
 
+from gateway.core.rarely import PATHS
 from gateway.mapping.site import LeaseMode
 from tests.line.storm.weather import KINDS, Weather
 
@@ -107,6 +108,8 @@ class Scene:
     rates: tuple[float, float, float] = (1.0, 4.0, 30.0)
     """Periods of fast, normal and slow points."""
     disk_delay: float = 0.003
+    rare: Mapping[str, float] = field(default_factory=dict)
+    """How often the core takes a rare path for no reason, when it comes by."""
     happenings: tuple[Happening, ...] = ()
     watched: int = 8
     """Points that an adapter watches of each drive."""
@@ -150,6 +153,7 @@ def scene_of(seed: int, much: str = "") -> Scene:
         rates=rates,
         disk_delay=rng.choice((0.001, 0.005, 0.05)),
         watched=rng.choice((2, 4, 8, 16)),
+        rare={} if calm else dict(_rare(rng)),
         happenings=tuple(sorted(_happenings(rng, length, calm, MUCH.get(much, {})))),
     )
 
@@ -198,6 +202,13 @@ def _weather(rng: random.Random, framing: str) -> Weather:
         garble=rng.random() < 0.7,
         pieces=rng.choices(("whole", "split", "timer", "bytes"), (8, 7, 4, 1))[0],  # bytes are slow to play
     )
+
+
+def _rare(rng: random.Random) -> Iterator[tuple[str, float]]:
+    for path in PATHS:
+        share = 0.2 * 10 ** rng.uniform(-2.0, 0.0)
+        if rng.random() < 0.3:
+            yield path, share
 
 
 def _happenings(

@@ -149,20 +149,17 @@ class Unasked(Observer):
         self._ended: set[str] = set()
         """Drives on which the end of a lease left something to be done in this life."""
         self._before: set[str] = set()
-        """The same of the life before."""
-        self._owed: set[str] = set()
-        """Where it is not done yet, as far as the journal tells."""
+        """Where the same was begun before and is not done yet, as the journal tells."""
 
     def began(self) -> None:
-        self._before, self._ended = self._ended | self._owed, set()
+        leases = [entry for entry in self.box.safe.entries() if entry["kind"] == "lease"]
+        last = {entry["drive"]: entry for entry in leases}
+        self._before = {drive for drive, entry in last.items() if entry["due"]}
+        self._ended = set()
 
     def recorded(self, number: int, entry: dict[str, Any]) -> None:
-        if entry["kind"] != "lease":
-            return
-        drive = entry["drive"]
-        if entry["due"] or drive in self._owed:
-            self._ended.add(drive)
-        (self._owed.add if entry["due"] else self._owed.discard)(drive)
+        if entry["kind"] == "lease" and entry["due"]:
+            self._ended.add(entry["drive"])
 
     def sent(self, frame: Frame) -> None:
         intent = frame.intent

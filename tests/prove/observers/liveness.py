@@ -149,20 +149,24 @@ class Bounded(Observer):
 
     def ended(self) -> None:
         self.looked += 1
-        weight, long = _weight(self.box.core)
+        weight, long = _weight(self.box.core, self.box)
         if weight > HEAVY:
             self.fail(f"the core holds {weight} objects")
         if long:
-            grown = long - _weight(Core(self.box.site, "new"))[1]
+            grown = long - _weight(Core(self.box.site, "new"), self.box)[1]
             if grown:
                 self.fail(f"the core holds {max(grown)} things in one place")
 
 
-def _weight(root: Any) -> tuple[int, Counter[int]]:
-    """The number of objects that hang on one, and the lengths of things longer than `LONG`; types, modules
-    and what only hangs on a module not counted."""
-    seen = {id(root), *(id(vars(module)) for module in list(sys.modules.values()) if module is not None)}
-    others = len(seen) - 1
+def _weight(root: Any, world: Any) -> tuple[int, Counter[int]]:
+    """The number of objects that hang on one, and the lengths of things longer than `LONG`; types, modules,
+    what only hangs on a module, and the world around it not counted."""
+    seen = {
+        id(root),
+        id(world),
+        *(id(vars(module)) for module in list(sys.modules.values()) if module is not None),
+    }
+    others = len(seen) - 2
     stack, long, roomy = [root], Counter[int](), set[int]()
     while stack:
         for each in gc.get_referents(stack.pop()):

@@ -141,8 +141,8 @@ def _any_role(needed: Role | None, origin: Any, ceiling: Role) -> Role:
 
 
 def _always_first(plain: Callable[..., Any]) -> Callable[..., Any]:
-    def first(self: Once, key: Any, waiter: Any) -> bool:
-        return plain(self, key, waiter) or key not in self._waiting
+    def first(self: Once, key: Any, *args: Any) -> bool:
+        return plain(self, key, *args) or key not in self._waiting
 
     return first
 

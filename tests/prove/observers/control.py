@@ -60,10 +60,10 @@ class Holder(Observer):
             case RunCommand(_, drive, _, _, origin):
                 self._touch(drive, origin)
 
-    def _touch(self, drive: str, origin: Origin) -> None:
+    def _touch(self, drive: str, origin: Origin, at: float = 0.0) -> None:
         holder = self._holder.get(drive)
         if holder is not None and same(holder, origin):
-            self._touched[drive] = self.now
+            self._touched[drive] = max(self.now, at)
 
     def stepped(self) -> None:
         if self.now < self._next_look or not self.box.clients.sessions:
@@ -134,6 +134,8 @@ class Holder(Observer):
         elif idle > drive.control.ttl + EXACT and not taken_back:
             text = f"{request.what} of {origin.who} is on the wire {idle:.3f} s after he did anything"
             self.fail(f"{text}, with a lease of {drive.control.ttl:g} s")
+        if isinstance(request.ask, RunCommand) and len(request.frames) == 1:
+            self._touch(drive.name, origin, frame.end)  # a run may have waited for its turn
 
 
 class Unasked(Observer):

@@ -22,7 +22,7 @@ from tests.prove.scene import scene_of
 FIRST_SEED = 1
 MOST_SECONDS = 150.0
 """Processor time for which one fault is searched at most."""
-KINDS = ("", "", "crashes", "")
+KINDS = ("hostile", "", "crashes", "")
 """Of worlds that are searched, in turn."""
 
 

@@ -52,6 +52,7 @@ class Holder(Observer):
                 if drive in self._holder and same(self._holder[drive], origin):
                     self._free.add(drive)
             case DoLease(_, drive, LeaseAct.TAKE, origin) if origin.role.covers(Role.ENGINEER):
+                self._touch(drive, origin)
                 self._free.add(drive)
             case DoLease(_, drive, _, origin):
                 self._touch(drive, origin)

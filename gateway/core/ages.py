@@ -40,7 +40,7 @@ class Ages:
         """A read came in: all its tags are as new as it is."""
         group = self._groups.get((drive, address, count))
         if group is not None:
-            group.at = at
+            group.at = max(group.at, at)
 
     def late(self, now: float) -> Iterator[str]:
         """The tags of all reads that are late."""

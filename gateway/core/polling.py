@@ -153,6 +153,8 @@ class Polling:
         count = len(block.words)
         readout, samples = self._readouts[drive.name], []
         for slot in readout.slots(block.address, count):
+            if self.store.knows_later(slot.tag, block.at):
+                continue  # known since then, and seen by another read meanwhile
             reading = readout.reading(slot, block.words[slot.start : slot.end])
             sample = self._sample(slot.tag, reading, time)
             if drive.doubt:

@@ -31,6 +31,11 @@ class Store:
         """Keep a sample whose value was read at ``at``."""
         self._held[sample.tag] = Held(sample, at)
 
+    def knows_later(self, tag: str, at: float) -> bool:
+        """True when a tag has a value that was read after ``at``."""
+        held = self._held.get(tag)
+        return held is not None and held.at > at and held.sample.quality in (Quality.GOOD, Quality.STALE)
+
     def get(self, tag: str) -> Held | None:
         """What is known of a tag."""
         return self._held.get(tag)

@@ -7,6 +7,7 @@ from itertools import pairwise
 import pytest
 
 from gateway.bridge.api import Periods
+from gateway.line.interface import BlockRead
 from gateway.tag import Quality
 from tests.core.world import START, World, make_site
 
@@ -61,6 +62,19 @@ def test_the_source_time_is_that_of_the_frame(world: World) -> None:
     sample = world.samples(FREQUENCY)[-1]
     assert START < sample.time <= world.instant().wall
     assert 0 < sample.age < 1.0
+
+
+def test_h17_a_value_known_since_earlier_takes_no_newer_ones_place(world: World) -> None:
+    """An answer in doubt is known to be true since an instant before another read brought the same registers.
+    Found by a world in a box (`python -m tests.prove`)."""
+    world.watch({FREQUENCY: 0.2})
+    world.run(1.0)
+    newest, now = world.samples(FREQUENCY)[-1], world.instant()
+    drive = next(drive for drive in world.core.drives if drive.name == "fan-1")
+    world.core.polling.read(drive, BlockRead(5, 0x24, (999,), now.mono - 0.6), now)
+    held = world.core.polling.store.get(FREQUENCY)
+    assert held is not None
+    assert held.sample == newest
 
 
 def test_a_withdrawn_watch_ends_the_reads(world: World) -> None:

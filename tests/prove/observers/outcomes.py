@@ -52,8 +52,6 @@ class ToldOnce(Answering):
         first = self._asked[session, message.id]
         if len(first.told) < 2 or not first.ask.key or _is_no_number(first):
             return
-        if first.told[0][1].cause is Cause.JOURNAL and first.life != self.seen.life:
-            return  # what cannot be put on record is not known after a restart; nothing of it was sent
         if not _same(first.told[0][1], message.outcome):
             self.fail(f"{first.key!r} was told {first.told[0][1]} and then {message.outcome}")
 

@@ -138,7 +138,7 @@ class Clients:
             return None
         key = ask.key or f"#{ask.id}"
         requests = self.box.seen.requests
-        if key not in requests:
+        if key not in requests or self._is_forgotten(requests[key]):
             owner = ask.target.partition(".")[0] if isinstance(ask, WriteTag) else ask.drive
             drive = next((d for d in self.box.site.drives if d.name == owner), None)
             online = drive is not None and self.box.buses[drive.line].open
@@ -152,6 +152,12 @@ class Clients:
         self._waiting[session, ask.id] = requests[key], done
         self.box.ask(session, ask)
         return requests[key]
+
+    def _is_forgotten(self, request: Request) -> bool:
+        """Nothing of it was sent, and the core died before it was on the disk: nobody can know its id."""
+        if request.life == self.box.seen.life or request.frames:
+            return False
+        return not any(entry.get("id") == request.key for entry in self.box.safe.entries())
 
     def told(self, session: int, message: Response) -> None:
         """The core tells a client something."""

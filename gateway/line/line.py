@@ -80,7 +80,7 @@ class Line:
         self._pauses = Pauses()
         self._held = 0.0
         self._sent_at = -math.inf
-        self._overhearing = Overhearing(self._wire.framing)
+        self._overhearing = Overhearing(settings.framing)
         self.doctor = Doctor(self._units.longest(), settings.framing, timing, settings.echo, self._units.late)
 
     # What can be asked about it
@@ -289,21 +289,28 @@ class Line:
     # What became of a transaction
 
     def _replied(self, done: Transaction, now: float) -> list[Action]:
-        reply, unit = done.reply, self._units[done.question.unit]
+        reply, request, unit = done.reply, done.question.request, self._units[done.question.unit]
         assert reply is not None, "it ended with a reply"
         self._overhear(done.surplus, now)
         news = self._heard(unit, done.heard_at)
-        since = self._units.weigh(done, reply)
-        if since is None and reply.exception is not None:
+        if older := unit.punctual.impossible(self._wire.too_early(done)):
+            unit.overheard(request, False, done.heard_at, now)
+        since = None if older else self._units.weigh(done, reply)
+        if older or (since is None and reply.exception is not None):
             done.doubt(reply.exception)
             return [*news, *self._timed_out(done, now)] if now >= done.deadline else news
         self._over(done, done.heard_at, now)
+        if since is not None:
+            unit.turnaround.answered(self._wire.turnaround(done))
+        if unit.doubling.answered(now):
+            self._pauses.keep(unit.facts.unit, done.heard_at + unit.turnaround.probe_limit)
+        if not unit.doubling.believed and request.reads:
+            since = None
         self.trace.answered(description(reply, doubtful=since is None), done.seeker.length)
+        tell_answered(self.doctor, self._wire, done, since is not None, now)
         if since is None:
             self.counters.damaged += 1
             return [*news, *told(done, Silent(damaged=True, doubted=True), now, now)]
-        tell_answered(self.doctor, self._wire, done, now)
-        unit.turnaround.answered(self._wire.turnaround(done))
         new_plan = [PlanChanged()] if self._planning.follow_drift(unit, now) else []
         return [*news, *told(done, self._counted(reply), since, now), *new_plan]
 
@@ -324,14 +331,14 @@ class Line:
         unit = self._units[done.question.unit]
         self._over(done, max(done.ends, self._free_at - self.gap), now)
         self.trace.unanswered("time-out")
-        self._overhear(done.surplus, now)
         if done.heard:
             self.counters.damaged += 1
         else:
             self.counters.timeouts += 1
         self.doctor.missed(asked(self._wire, done), done.seeker.heard, now)
         unit.turnaround.missed()
-        self._doubt(done)
+        unit.unanswered(done)
+        self._overhear(done.surplus, now)  # which may be the reply, with something behind it
         if done.question.aside:  # what was chosen is still due: let the other units go first
             unit.blocked_until = 2 * now - done.began
         actions = told(done, Silent(done.heard, done.doubted, done.code), now, now, again=unit.is_new)
@@ -367,20 +374,12 @@ class Line:
         if self._current is not None:
             done, self._current = self._current, None
             self.trace.unanswered("line lost")
-            self._doubt(done)
+            self._units[done.question.unit].unanswered(done)
             choice = done.question.choice
             if isinstance(choice, Waiting) and not done.question.aside:
                 actions.append(JobDone(choice.job.id, Silent(damaged=done.heard), now))
         actions += [JobDone(job, Silent(), now) for job in self._pauses.drop()]
         return actions + [JobDone(job.id, Unsent("line_down"), now) for job in self._schedule.drain()]
-
-    def _doubt(self, done: Transaction) -> None:
-        """The reply may still come, unless it came damaged. Where replies are numbered, that does no harm."""
-        suspicion, request = self._units[done.question.unit].suspicion, done.question.request
-        alone = done.seeker.echoed or not done.echo  # or what came may be our own echo, damaged
-        came = alone and done.seeker.spoilt and request.shape not in suspicion.shapes(done.ends)
-        if not came and not self._wire.framing.numbered:
-            suspicion.missed(request, done.ends)
 
     def _stray(self, data: bytes, now: float) -> list[Action]:
         """Bytes that nobody asked for: keep the silence after them, within reason."""
@@ -394,6 +393,6 @@ class Line:
         return []
 
     def _overhear(self, data: bytes, now: float, least: int = 0) -> None:
-        """What other masters ask our units counts as asked and not answered."""
-        for unit, request in self._overhearing.requests(data, least):
-            self._units.asked_by_another(unit, request, now)
+        """What others ask our units, and answers that nobody asked for, may bring more answers."""
+        for unit, request, was_asked in self._overhearing.news(data, now, least):
+            self._units.overheard(unit, request, was_asked, self._overhearing.heard_at, now)

@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Collection
 
+from gateway.line.doubling import Doubling, Punctual
 from gateway.line.interface import UnitFacts
 from gateway.line.resync import Suspicion
 from gateway.line.schedule import Probe
+from gateway.line.transaction import Transaction
 from gateway.modbus.pdu import Request
 
 FLOOR = 0.03
@@ -99,6 +101,8 @@ class Unit:
         self.up: bool | None = None
         self.turnaround = Turnaround(facts)
         self.suspicion = Suspicion(facts.unit, self.turnaround.longest)
+        self.doubling = Doubling(self.turnaround.longest)
+        self.punctual = Punctual()
         self.blocked_until = -math.inf
         self.shared_at = -math.inf
         """When another master was last heard to ask it."""
@@ -132,6 +136,8 @@ class Unit:
     def heard(self) -> bool:
         """It answered; True when that is news."""
         news = self.up is not True
+        if news:
+            self.doubling.back()
         self.up = True
         self.silences = 0
         return news
@@ -149,15 +155,28 @@ class Unit:
         self._probes = 1
         return True
 
-    def asked_by_another(self, request: Request, now: float) -> None:
-        """Another master asked it this: it will be answered, and that may look like an answer to us."""
-        self.shared_at = now
-        self.suspicion.missed(request, now)
-
     def late(self, seconds: float) -> None:
         """It began a reply so long after a request that was not waited for any more."""
         self.turnaround.late(seconds)
         self.suspicion.slower(self.turnaround.longest)
+
+    def unanswered(self, done: Transaction) -> None:
+        """The reply may still come, unless it came damaged. Where replies are numbered, that does no harm."""
+        request = done.question.request
+        alone = done.seeker.echoed or not done.echo  # or what came may be our own echo, damaged
+        came = alone and done.seeker.spoilt and request.shape not in self.suspicion.shapes(done.ends)
+        if not came and not done.numbered:
+            self.suspicion.missed(request, done.ends)
+
+    def overheard(self, request: Request, asked: bool, at: float, now: float) -> None:
+        """At an instant another master asked it this: it will be answered, and that may look like an answer to
+        us. Or (not ``asked``) an answer to this came for which nobody waits: if no request without an answer
+        explains it, then there are too many."""
+        if asked:
+            self.shared_at = now
+        elif request.shape in self.suspicion.shapes(now) or self.doubling.too_many(at):
+            return
+        self.suspicion.missed(request, now)
 
     def forget(self) -> None:
         """The port was closed: whether the unit answers is not known any more."""
@@ -166,19 +185,26 @@ class Unit:
 
 
 class Probing:
-    """Whose turn it is to be probed: in a round, together never above their share of the line."""
+    """Whose turn it is to be probed: those that do not answer in a round, together never above their share of
+    the line; and one that answered once too often when it may be asked again."""
 
     def __init__(self) -> None:
         self._began, self._took = -math.inf, 0.0
 
     def next(self, units: Collection[Unit]) -> Probe | None:
-        """The next probe, now or later; None when no unit is down."""
+        """The next probe, now or later; None when every unit is up and known to be one."""
+        doubtful = [unit for unit in units if unit.up and unit.doubling.doubtful]
+        probes = [
+            Probe(unit.facts.unit, max(unit.doubling.until, unit.probed_at + PROBE_PERIOD))
+            for unit in doubtful
+        ]
         silent = [unit for unit in units if unit.up is False]
-        if not silent:
-            return None
-        first = min(silent, key=lambda unit: unit.probed_at)
-        share = PROBE_SHARE if any(unit.up for unit in units) else PROBE_SHARE_ALONE
-        return Probe(first.facts.unit, max(self._began + self._took / share, first.probed_at + PROBE_PERIOD))
+        if silent:
+            first = min(silent, key=lambda unit: unit.probed_at)
+            share = PROBE_SHARE if any(unit.up for unit in units) else PROBE_SHARE_ALONE
+            at = max(self._began + self._took / share, first.probed_at + PROBE_PERIOD)
+            probes.append(Probe(first.facts.unit, at))
+        return min(probes, key=lambda probe: probe.at, default=None)
 
     def spent(self, began: float, seconds: float) -> None:
         """A probe that began at ``began`` took so much of the line."""

@@ -11,6 +11,9 @@ from gateway.modbus.framing import Framing, Seeker
 from gateway.modbus.pdu import Reply, Request
 from gateway.modbus.timing import Timing
 
+TOLERANCE = 0.03
+"""Two clocks of serial ports differ by less than this."""
+
 
 @dataclass(frozen=True, slots=True)
 class Question:
@@ -63,8 +66,10 @@ class Transaction:
     echo: bool
     heard_at: float = 0.0
     reply: Reply | None = None
+    numbered: bool = False
+    """Its reply carries its number: none that comes late is taken for another."""
     doubted: bool = False
-    """A refusal came that was not believed, with this exception ``code``."""
+    """A reply came that was not believed, a refusal if it has an exception ``code``."""
     code: int | None = None
 
     @property
@@ -98,8 +103,8 @@ class Transaction:
         self.ends += seconds
         self.deadline += seconds
 
-    def doubt(self, code: int) -> None:
-        """Go on waiting: the refusal that came is taken for the reply to something older."""
+    def doubt(self, code: int | None) -> None:
+        """Go on waiting: what came, a refusal if it has a code, is taken for the reply to something older."""
         self.doubted, self.code, self.reply = True, code, None
 
 
@@ -145,11 +150,20 @@ class Wire:
         reply = self.timing.duration(self.framing.size(request.reply_length))
         seeker = self.framing.seeker(data, request, self.echo.there is True)
         deadline, echo = ends + patience + reply, self.echo.there is not False
-        return Transaction(question, data, seeker, now, ends, deadline, self.timing.end, echo)
+        numbered = self.framing.numbered
+        return Transaction(
+            question, data, seeker, now, ends, deadline, self.timing.end, echo, numbered=numbered
+        )
 
     def turnaround(self, done: Transaction) -> float:
         """Seconds that the unit took until it began its reply."""
         return max(0.0, done.heard_at - done.ends - self.timing.duration(done.seeker.length))
+
+    def too_early(self, done: Transaction) -> bool:
+        """True when the reply was there before its bytes can have come behind the request."""
+        taken = self.timing.duration(len(done.data) + done.seeker.length)
+        earliest = done.ends + self.timing.duration(done.seeker.length)
+        return done.heard_at < earliest - TOLERANCE * taken - self.timing.character
 
     def read_cost(self, count: int, turnaround: float, pause: float = 0.0) -> float:
         """Seconds of line that reading ``count`` registers takes, with the silence after it."""

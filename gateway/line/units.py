@@ -78,7 +78,7 @@ class Units:
         """What `question` will ask for a planned read, if that is a read of it."""
         unit, read = self._units[choice.unit], self._read_of(choice)
         assert read is not None, "what is planned is a read"
-        if unit.facts.loop_back and unit.suspicion.out_of_step(now):
+        if now < unit.doubling.until or (unit.facts.loop_back and unit.suspicion.out_of_step(now)):
             return None
         question = self._apart(unit, choice, read, now)
         return None if question is None else question.request
@@ -91,6 +91,8 @@ class Units:
             write = self._plain(choice)
             return self._trial(choice) if echo is None and _looks_like_its_echo(write) else write
         unit = self._units[choice.unit]
+        if isinstance(choice, Due) and now < unit.doubling.until:
+            return None
         if unit.facts.loop_back and echo is False and unit.suspicion.out_of_step(now):
             nonce = understood(unit.facts, unit.suspicion.loop_back())
             return Question(choice.unit, nonce, choice, aside=True)
@@ -101,11 +103,12 @@ class Units:
             return self._plain(choice)
         return apart
 
-    def asked_by_another(self, unit: int, request: pdu.Request, now: float) -> None:
-        """Another master was heard to ask this."""
-        self._another_at = now
+    def overheard(self, unit: int, request: pdu.Request, asked: bool, at: float, now: float) -> None:
+        """Another master was heard to ask this; or (not ``asked``) an answer to it, for which nobody waits."""
+        if asked:
+            self._another_at = now
         if unit in self._units:
-            self._units[unit].asked_by_another(request, now)
+            self._units[unit].overheard(request, asked, at, now)
 
     def weigh(self, done: Transaction, reply: pdu.Reply) -> float | None:
         """Since when the reply of a transaction is known; None when it cannot be believed. Where another
@@ -121,6 +124,8 @@ class Units:
         unit that another master asks all the time has its turn nevertheless, when its values get older than
         promised: what it says is believed once it said the same often enough."""
         unit = self._units[choice.unit]
+        if now < unit.doubling.until:
+            return unit.doubling.until
         end = unit.suspicion.next_end(now)
         if now - unit.shared_at > SHARED:
             return end

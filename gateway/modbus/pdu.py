@@ -61,6 +61,11 @@ class Request:
         return self.pdu[0]
 
     @property
+    def reads(self) -> bool:
+        """True when registers are asked for."""
+        return self.function in (READ_HOLDING, READ_INPUT)
+
+    @property
     def exceptions(self) -> tuple[int, ...]:
         """Function bytes of the exception replies to it."""
         return (self.function | EXCEPTION, *self.error_functions)

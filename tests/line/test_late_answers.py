@@ -19,7 +19,6 @@ from gateway.line.interface import (
 )
 from gateway.line.overhearing import MANY, Overhearing
 from gateway.line.resync import LATE
-from gateway.modbus.framing import framing_of
 from tests.line.bench import Bench, FakeUnit, facts, frame
 
 LOOP_BACK = {"functions": (3, 8, 16), "loop_back": True}
@@ -245,10 +244,63 @@ def test_every_job_is_told_once_whatever_happens(seed: int) -> None:
 
 def test_h12_what_another_master_asks_is_heard_before_much_other_talk() -> None:
     """It was forgotten when more was said than is kept, and the drive's late answer was taken for ours."""
-    overhearing = Overhearing(framing_of("rtu"))
+    overhearing = Overhearing("rtu")
     asked = frame(bytes((5, 3, 0, 0x80, 0, 1)))
-    heard = list(overhearing.requests(asked, MANY))
+    heard = list(overhearing.news(asked, 1.0, MANY))
     for unit in range(20, 60):
-        heard += overhearing.requests(frame(bytes((unit, 3, 4, 1, 2, 3, 4))), MANY)
-    heard += overhearing.requests()
-    assert [(unit, request.pdu) for unit, request in heard] == [(5, asked[1:-2])]
+        heard += overhearing.news(frame(bytes((unit, 3, 4, 1, 2, 3, 4))), MANY)
+    heard += overhearing.news(b"", 3.0)
+    assert [(unit, request.pdu) for unit, request, asked in heard if asked] == [(5, asked[1:-2])]
+
+
+@pytest.mark.parametrize(("spread", "delay"), [(0.0, 0.022), (0.02, 0.022), (0.0, 0.04)])
+def test_h4_two_drives_at_one_address_are_not_believed(spread: float, delay: float) -> None:
+    """Each request brings two answers, the second one perhaps while the next request is answered."""
+    rng = random.Random(1)
+    first, second = (
+        FakeUnit(registers=dict(REGISTERS), late=lambda: rng.uniform(0, spread)) for _ in range(2)
+    )
+    second.delay = delay
+    bench = Bench([facts(reply_max=0.3)], [first])
+    bench.twins.append(second)
+    bench.quiet = False
+    bench.start(*(Want(5, address, 1, 0.05) for address in (0x20, 0x22, 0x31, 0x33))).run(60)
+    assert not wrong_values(bench)
+    assert len(bench.of(BlockRead)) == 1, "the first one only"
+
+
+def test_h4_a_second_drive_that_is_switched_on_later_is_not_believed_for_long() -> None:
+    """What it says before the first answer too many is seen looks like any answer."""
+    first, second = (FakeUnit(registers=dict(REGISTERS)) for _ in range(2))
+    second.delay, second.on = 0.1, False
+    bench = Bench([facts(reply_max=0.3)], [first])
+    bench.twins.append(second)
+    bench.quiet = False
+    bench.start(*(Want(5, address, 1, 0.05) for address in (0x20, 0x22, 0x31, 0x33))).run(20)
+    before, second.on = len(bench.of(BlockRead)), True
+    bench.run(60)
+    assert before > 100
+    assert len(wrong_values(bench)) <= 1
+    assert len(bench.of(BlockRead)) - before <= 8
+
+
+def test_h4_a_reply_that_is_there_before_it_can_be_is_an_older_one() -> None:
+    """Until the last bit of the request is out nobody can have answered it."""
+    bench = Bench([facts()], [FakeUnit(registers=dict(REGISTERS))])
+    bench.start(Want(5, 0x20, 1, 0.2), Want(5, 0x32, 1, 0.2)).run(5)
+    while not bench.wire or bench.wire[-1][0] < bench.now - 0.001:
+        bench.run(0.001)
+    bench.receive(frame(bytes((5, 3, 2, 0x12, 0x34))), bench.now + 0.003)
+    bench.run(10)
+    assert not wrong_values(bench)
+
+
+def test_an_answer_that_nobody_asked_for_silences_a_unit_for_a_while_only() -> None:
+    bench = Bench([facts(reply_max=0.3)], [FakeUnit(registers=dict(REGISTERS))])
+    bench.start(Want(5, 0x20, 1, 0.2)).run(5)
+    bench.run(0.1)
+    bench.receive(frame(bytes((5, 3, 2, 0x12, 0x34))), bench.now + 0.002)
+    start = bench.now
+    bench.run(10)
+    told = [block.at for block in bench.of(BlockRead) if block.at > start + 0.1]
+    assert 0.3 <= told[0] - start <= 1.0, "and one answer more than that is only listened behind"

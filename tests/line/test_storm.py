@@ -84,8 +84,8 @@ FLAWS: dict[str, tuple[type, str, object, dict[str, object], str]] = {
     ),
     "other masters are not heard": (
         Overhearing,
-        "requests",
-        lambda self, data=b"", least=0: iter(()),
+        "news",
+        lambda self, data, now, least=0: iter(()),
         {"rivals": 2.0, "twins": 2.0},
         "WRONG misattributed",
     ),

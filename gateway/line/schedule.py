@@ -220,10 +220,11 @@ class Schedule:
 def settle(due: Due, now: float) -> None:
     """Set when a read that was answered is due again: in phase, whole periods that passed left out.
 
-    On an overloaded line there is no phase to keep: there all reads are late alike, and take turns.
+    On an overloaded line there is no phase to keep: there all reads are late alike, and take turns. What is
+    later than its pace is forgiven, or a full line would never catch up with what once disturbed it.
     """
     if due.pace < due.block.period:
-        due.at = max(due.at + due.pace, now - due.pace)
+        due.at = max(due.at + due.pace, now)
     else:
         due.at += due.pace * max(1.0, (now - due.at) // due.pace)
 

@@ -218,7 +218,7 @@ def test_fast_classes_stretch_last_and_none_more_than_is_needed(wants: list[Want
     by_rank = [factors[rank] for rank in sorted(factors)]
     assert all(fast <= slow + 1e-9 for fast, slow in pairwise(by_rank))
     for fast, slow in pairwise(by_rank):
-        assert fast == 1 or slow >= MOST - 1e-9  # the slower class has given all that it has to give
+        assert fast <= 1 + 1e-9 or slow >= MOST - 1e-9  # the slower class has given all that it has to give
     for draft, block in zip(drafts, fit(drafts).blocks, strict=True):
         assert block.period == pytest.approx(draft.period * factors[draft.rank])  # alike within a rank
     load = sum(draft.load / factors[draft.rank] for draft in drafts)
@@ -278,6 +278,15 @@ def test_promised_ages_hold_on_a_line_that_stretches_periods(slow: float) -> Non
     fast = [Want(u, 0x01, 2, 0.1, rank) for u, rank in ((1, 0), (2, 2))]
     more = [Want(1, 0x20, 2, 0.15, 0), Want(3, 0x01, 2, 0.3, 2), Want(4, 0x01, 2, 0.3, 2)]
     promised_ages_hold([*fast, *more, Want(1, 0x27, 2, slow, 0), Want(1, 0x31, 2, slow, 0)])
+
+
+def test_what_once_disturbed_a_full_line_breaks_no_promise_for_good() -> None:
+    """The line listens a moment behind the first answer of each unit; what was lost by that stayed lost."""
+    fast = [
+        Want(u, a, 2, 0.1, rank) for u, a, rank in ((3, 0x27, 0), (3, 0x20, 0), (1, 0x01, 0), (3, 0x01, 2))
+    ]
+    slow = [Want(u, 0x01, 2, 1.0, 0) for u in (2, 3, 4)]
+    promised_ages_hold([*fast, *slow, Want(1, 0x20, 2, 1.0, 1), Want(1, 0x27, 2, 0.15, 2)])
 
 
 def promised_ages_hold(wants: list[Want]) -> None:

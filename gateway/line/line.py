@@ -133,7 +133,8 @@ class Line:
             probe = self._units.probe()
             probe_at = math.inf if probe is None else max(probe.at, self._pauses.until())
             due = self._schedule.wake(self._free_at, self._ready_at, self._pauses.until_for_stop)
-            at = min(due, max(self._free_at, probe_at), self._pauses.awaited())
+            look_at = self._free_at if self._overhearing.waiting else math.inf
+            at = min(due, look_at, max(self._free_at, probe_at), self._pauses.awaited())
         return None if at == math.inf else at
 
     # What happens to the port
@@ -233,12 +234,14 @@ class Line:
         """Drop what expired, and begin the next transaction when the wire is free."""
         actions: list[Action] = [JobDone(job, Answered(), now) for job in self._pauses.over(now)]
         actions += [JobDone(job.id, Unsent("expired"), now) for job in self._schedule.expired(now)]
-        while self.is_open and self._current is None and now >= self._free_at:
-            choice = self._choice(now)
-            if choice is None:
-                break
+        if self._is_free(now):
+            self._overhear(b"", now)
+        while self._is_free(now) and (choice := self._choice(now)) is not None:
             actions += self._take_up(choice, now)
         return actions
+
+    def _is_free(self, now: float) -> bool:
+        return self.is_open and self._current is None and now >= self._free_at
 
     def _choice(self, now: float) -> Choice | None:
         probe = self._units.probe() if now >= self._pauses.until() else None
@@ -250,7 +253,6 @@ class Line:
 
     def _take_up(self, choice: Choice, now: float) -> list[Action]:
         """Turn a decision into a request on the wire, or into the reason why there is none."""
-        self._overhear(b"", now)
         question = self._units.question(choice, self._wire.echo.there, now)
         if question is None:
             assert isinstance(choice, Due), "only a planned read can wait for its turn"
@@ -337,7 +339,7 @@ class Line:
             self.counters.timeouts += 1
         self.doctor.missed(asked(self._wire, done), done.seeker.heard, now)
         unit.turnaround.missed()
-        unit.unanswered(done)
+        unit.unanswered(done, self.settings.framing)
         self._overhear(done.surplus, now)  # which may be the reply, with something behind it
         if done.question.aside:  # what was chosen is still due: let the other units go first
             unit.blocked_until = 2 * now - done.began
@@ -374,7 +376,7 @@ class Line:
         if self._current is not None:
             done, self._current = self._current, None
             self.trace.unanswered("line lost")
-            self._units[done.question.unit].unanswered(done)
+            self._units[done.question.unit].unanswered(done, self.settings.framing)
             choice = done.question.choice
             if isinstance(choice, Waiting) and not done.question.aside:
                 actions.append(JobDone(choice.job.id, Silent(damaged=done.heard), now))

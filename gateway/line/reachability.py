@@ -10,6 +10,8 @@ from gateway.line.interface import UnitFacts
 from gateway.line.resync import Suspicion
 from gateway.line.schedule import Probe
 from gateway.line.transaction import Transaction
+from gateway.modbus.framing import FramingName
+from gateway.modbus.overheard import overheard
 from gateway.modbus.pdu import Request
 
 FLOOR = 0.03
@@ -160,11 +162,12 @@ class Unit:
         self.turnaround.late(seconds)
         self.suspicion.slower(self.turnaround.longest)
 
-    def unanswered(self, done: Transaction) -> None:
+    def unanswered(self, done: Transaction, framing: FramingName) -> None:
         """The reply may still come, unless it came damaged. Where replies are numbered, that does no harm."""
         request = done.question.request
         alone = done.seeker.echoed or not done.echo  # or what came may be our own echo, damaged
         came = alone and done.seeker.spoilt and request.shape not in self.suspicion.shapes(done.ends)
+        came = came and not overheard(framing, done.surplus).frames  # or others said as much together
         if not came and not done.numbered:
             self.suspicion.missed(request, done.ends)
 

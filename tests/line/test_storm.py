@@ -34,6 +34,11 @@ def test_an_echo_without_one_of_its_bytes_is_no_damaged_reply() -> None:
     assert Storm(scene_of(20261127000038)).run(5000).wrong == []
 
 
+def test_others_that_say_as_much_as_a_reply_is_long_are_no_damaged_reply() -> None:
+    """A late reply and a stranger's request together: a scene that was wrong once."""
+    assert Storm(scene_of(20261128000010)).run(1000).wrong == []
+
+
 def test_a_storm_is_the_same_each_time() -> None:
     first, second = (Storm(scene_of(11)).run(500) for _ in range(2))
     assert (first.good, first.seconds, first.counts) == (second.good, second.seconds, second.counts)

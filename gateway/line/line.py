@@ -256,7 +256,7 @@ class Line:
         question = self._units.question(choice, self._wire.echo.there, now)
         if question is None:
             assert isinstance(choice, Due), "only a planned read can wait for its turn"
-            postpone(choice, self._units.postponed(choice, now))
+            postpone(choice, self._units.postponed(choice.unit, now))
             return []
         if isinstance(choice, Waiting) and not question.aside:
             return self._send_job(question, choice.job, now)
@@ -297,7 +297,7 @@ class Line:
         news = self._heard(unit, done.heard_at)
         if older := unit.punctual.impossible(self._wire.too_early(done)):
             unit.overheard(request, False, done.heard_at, now)
-        since = None if older else self._units.weigh(done, reply)
+        since = None if older else self._units.weigh(done, reply, self.settings.framing)
         if older or (since is None and reply.exception is not None):
             done.doubt(reply.exception)
             return [*news, *self._timed_out(done, now)] if now >= done.deadline else news

@@ -106,8 +106,6 @@ class Unit:
         self.doubling = Doubling(self.turnaround.longest)
         self.punctual = Punctual()
         self.blocked_until = -math.inf
-        self.shared_at = -math.inf
-        """When another master was last heard to ask it."""
         self.probed_at = -math.inf
         self._probes = 0
         self.silences = 0
@@ -172,14 +170,11 @@ class Unit:
             self.suspicion.missed(request, done.ends)
 
     def overheard(self, request: Request, asked: bool, at: float, now: float) -> None:
-        """At an instant another master asked it this: it will be answered, and that may look like an answer to
-        us. Or (not ``asked``) an answer to this came for which nobody waits: if no request without an answer
-        explains it, then there are too many."""
-        if asked:
-            self.shared_at = now
-        elif request.shape in self.suspicion.shapes(now) or self.doubling.too_many(at):
-            return
-        self.suspicion.missed(request, now)
+        """At an instant another master asked it this: it will be answered, and that may look like an answer
+        to us. Or (not ``asked``) an answer to this came for which nobody waits: if no request without an
+        answer explains it, then there are too many."""
+        if asked or not (self.suspicion.explains(request.shape, now) or self.doubling.too_many(at)):
+            self.suspicion.missed(request, now, theirs=asked)
 
     def forget(self) -> None:
         """The port was closed: whether the unit answers is not known any more."""

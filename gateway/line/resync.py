@@ -41,6 +41,8 @@ class _Open(NamedTuple):
     at: float
     until: float
     doubtful: bool
+    theirs: bool = False
+    """Another master asked it."""
 
     def may_bring(self, request: pdu.Request, reply: pdu.Reply) -> bool:
         """True when this reply to ``request`` could be the answer to this one."""
@@ -103,12 +105,21 @@ class Suspicion:
         """The unit is waited for so many seconds now, no fewer than before."""
         self._horizon = LATE * longest
 
-    def missed(self, request: pdu.Request, at: float, doubtful: bool = False) -> None:
-        """A request whose last bit went out at ``at`` has no answer, or a ``doubtful`` one."""
+    def missed(self, request: pdu.Request, at: float, doubtful: bool = False, theirs: bool = False) -> None:
+        """A request whose last bit went out at ``at`` has no answer, or a ``doubtful`` one; or another master
+        asked it (``theirs``)."""
         last = self._open[-1] if self._open else None
         piled = last.until if last and last.at >= self._proved else at
         until = min(max(piled, at) + self._horizon, at + PILED * self._horizon)
-        self._open.append(_Open(request, at, until, doubtful))
+        self._open.append(_Open(request, at, until, doubtful, theirs))
+
+    def explains(self, shape: pdu.Shape, now: float) -> bool:
+        """An answer came for which nobody waits: True when an open request may have brought it. If only
+        another master asked for such a one, his request is over now."""
+        alike = [each for each in self._still_open(now) if each.request.shape == shape]
+        if alike and all(each.theirs for each in alike):
+            self._open.remove(alike[0])
+        return bool(alike)
 
     def wrote(self, request: bytes, at: float) -> None:
         """A write goes out, its last bit at ``at``."""
@@ -138,6 +149,10 @@ class Suspicion:
         if all(self._as_good(each, request, reply) for each in rivals):
             self._answered_in_doubt(request, at, rivals)
             return now
+        if reply.exception is None and all(
+            each.theirs and each.request.pdu == request.pdu for each in rivals
+        ):
+            return min(each.at for each in rivals)  # the very same, asked by another master a little earlier
         run = self._run_of(request, reply)
         run.note(request, rivals, at, now)
         if reply.exception is None:

@@ -38,8 +38,6 @@ class Due:
     """Registers of the block that were read already, if it has to be read in parts."""
     read_at: float = -math.inf
     """When it was last answered."""
-    tried_at: float = -math.inf
-    """When it was last asked, answered or not."""
 
     @property
     def deadline(self) -> float:

@@ -75,7 +75,7 @@ def description(reply: Reply, doubtful: bool) -> str:
 def _block_told(
     due: Due, part: tuple[int, int], result: Ending, at: float, now: float, took: float
 ) -> list[Action]:
-    block, due.tried_at = due.block, now
+    block = due.block
     match result:
         case Answered(words=words):
             due.done += len(words)

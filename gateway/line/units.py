@@ -19,11 +19,11 @@ from gateway.line.requests import (
 from gateway.line.schedule import Choice, Due, Probe, Waiting
 from gateway.line.transaction import Question, Transaction
 from gateway.modbus import pdu
+from gateway.modbus.framing import FramingName
+from gateway.modbus.overheard import overheard
 
 ANOTHER = 30.0
 """Seconds after a word of another master in which damaged bytes count as one."""
-SHARED = 10.0
-"""Seconds for which a unit that another master asked counts as one that he asks all the time."""
 
 
 class Units:
@@ -97,40 +97,30 @@ class Units:
             nonce = understood(unit.facts, unit.suspicion.loop_back())
             return Question(choice.unit, nonce, choice, aside=True)
         apart = self._apart(unit, choice, read, now)
-        if apart is None and (
-            unit.silences or not isinstance(choice, Due) or now >= self.postponed(choice, now)
-        ):
+        if apart is None and (unit.silences or not isinstance(choice, Due)):
             return self._plain(choice)
         return apart
 
     def overheard(self, unit: int, request: pdu.Request, asked: bool, at: float, now: float) -> None:
-        """Another master was heard to ask this; or (not ``asked``) an answer to it, for which nobody waits."""
+        """Another master was heard to ask this; or (not ``asked``) an answer to it that nobody waits for."""
         if asked:
             self._another_at = now
         if unit in self._units:
             self._units[unit].overheard(request, asked, at, now)
 
-    def weigh(self, done: Transaction, reply: pdu.Reply) -> float | None:
+    def weigh(self, done: Transaction, reply: pdu.Reply, framing: FramingName) -> float | None:
         """Since when the reply of a transaction is known; None when it cannot be believed. Where another
         master talks, nothing is believed behind damaged bytes: they may be his question, this its answer."""
         unit, request = self._units[done.question.unit], done.question.request
-        if done.surplus and done.heard_at - self._another_at < ANOTHER:
+        if done.heard_at - self._another_at < ANOTHER and overheard(framing, done.surplus).rest:
             unit.suspicion.missed(request, done.ends, doubtful=True)
             return None
         return unit.suspicion.weigh(request, reply, done.ends, done.heard_at)
 
-    def postponed(self, choice: Due, now: float) -> float:
-        """Until when a planned read waits for which there is no question that no late answer looks like. A
-        unit that another master asks all the time has its turn nevertheless, when its values get older than
-        promised: what it says is believed once it said the same often enough."""
-        unit = self._units[choice.unit]
-        if now < unit.doubling.until:
-            return unit.doubling.until
-        end = unit.suspicion.next_end(now)
-        if now - unit.shared_at > SHARED:
-            return end
-        patience = choice.block.worst_age
-        return min(end, max(choice.tried_at + patience, choice.read_at + 2 * patience))
+    def postponed(self, unit: int, now: float) -> float:
+        """Until when a planned read waits for which there was no question."""
+        known = self._units[unit]
+        return known.doubling.until if now < known.doubling.until else known.suspicion.next_end(now)
 
     def wrote(self, question: Question, at: float) -> None:
         """A write is going out, its last bit at ``at``."""

@@ -296,7 +296,7 @@ class Line:
         self._overhear(done.surplus, now)
         news = self._heard(unit, done.heard_at)
         if older := unit.punctual.impossible(self._wire.too_early(done)):
-            unit.overheard(request, False, done.heard_at, now)
+            unit.overheard(request, False, True, done.heard_at, now)
         since = None if older else self._units.weigh(done, reply, self.settings.framing)
         if older or (since is None and reply.exception is not None):
             done.doubt(reply.exception)
@@ -395,6 +395,6 @@ class Line:
         return []
 
     def _overhear(self, data: bytes, now: float, least: int = 0) -> None:
-        """What others ask our units, and answers that nobody asked for, may bring more answers."""
-        for unit, request, was_asked in self._overhearing.news(data, now, least):
-            self._units.overheard(unit, request, was_asked, self._overhearing.heard_at, now)
+        asking = self._current.question.unit if self._current else None
+        for news in self._overhearing.news(data, now, least):
+            self._units.overheard(news, news.unit == asking, now)

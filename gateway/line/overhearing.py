@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import NamedTuple
 
 from gateway.modbus import pdu
 from gateway.modbus.framing import FramingName, framing_of
@@ -20,6 +21,16 @@ MOST = 126
 READS = (pdu.READ_HOLDING, pdu.READ_INPUT)
 
 
+class News(NamedTuple):
+    """What another master ``asked`` a unit; or what somebody must have asked it, because it gave an answer that
+    nobody waits for. The last of it was heard ``at`` this instant."""
+
+    unit: int
+    request: pdu.Request
+    asked: bool
+    at: float
+
+
 class Overhearing:
     """Looks for requests and for answers in all that came in and was no reply to us."""
 
@@ -29,16 +40,15 @@ class Overhearing:
         self._kept = b""
         self.waiting = False
         """True when something came in that was not looked at yet."""
-        self.heard_at = -math.inf
-        """When the last of it came in."""
+        self._heard_at = -math.inf
 
-    def news(self, data: bytes, now: float, least: int = 0) -> Iterator[tuple[int, pdu.Request, bool]]:
-        """Unit and request of each that stands in what was kept, and in ``data`` behind it; with False, of
-        each to which only an answer was heard. Fewer bytes than ``least`` are kept, and looked at later."""
+    def news(self, data: bytes, now: float, least: int = 0) -> Iterator[News]:
+        """All that stands in what was kept, and in ``data`` behind it. Fewer bytes than ``least`` are kept,
+        and looked at later."""
         if not self.waiting and not data:
             return
         if data:
-            self.heard_at = now
+            self._heard_at = now
         heard = self._kept + data
         self.waiting = len(heard) < least
         if self.waiting:
@@ -47,11 +57,11 @@ class Overhearing:
         self._kept, used = b"", 0
         for unit, asked, used in self._framing.requests(heard):  # noqa: B007
             if (request := pdu.overheard(asked)) is not None:
-                yield unit, request, True
+                yield News(unit, request, True, self._heard_at)
         for frame in overheard(self._name, heard).frames:
             if frame.sort is Sort.REPLY and frame.function in READS:
                 used = max(used, heard.rfind(frame.frame) + len(frame.frame))
-                yield frame.unit, self._asking(frame), False
+                yield News(frame.unit, self._asking(frame), False, self._heard_at)
         self._kept = heard[max(used, len(heard) - BEGUN) :]
 
     def _asking(self, reply: Overheard) -> pdu.Request:

@@ -169,11 +169,11 @@ class Unit:
         if not came and not done.numbered:
             self.suspicion.missed(request, done.ends)
 
-    def overheard(self, request: Request, asked: bool, at: float, now: float) -> None:
+    def overheard(self, request: Request, asked: bool, asking: bool, at: float, now: float) -> None:
         """At an instant another master asked it this: it will be answered, and that may look like an answer
         to us. Or (not ``asked``) an answer to this came for which nobody waits: if no request without an
-        answer explains it, then there are too many."""
-        if asked or not (self.suspicion.explains(request.shape, now) or self.doubling.too_many(at)):
+        answer explains it, then there are too many. ``asking``: a request of ours to it is under way."""
+        if asked or not (self.suspicion.explains(request.shape, asking, now) or self.doubling.too_many(at)):
             self.suspicion.missed(request, now, theirs=asked)
 
     def forget(self) -> None:

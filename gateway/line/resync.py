@@ -113,11 +113,11 @@ class Suspicion:
         until = min(max(piled, at) + self._horizon, at + PILED * self._horizon)
         self._open.append(_Open(request, at, until, doubtful, theirs))
 
-    def explains(self, shape: pdu.Shape, now: float) -> bool:
-        """An answer came for which nobody waits: True when an open request may have brought it. If only
-        another master asked for such a one, his request is over now."""
+    def explains(self, shape: pdu.Shape, asking: bool, now: float) -> bool:
+        """An answer came for which nobody waits: True when an open request may have brought it. If that is
+        another master's, and none of ours (we are not ``asking`` it now), his request is over."""
         alike = [each for each in self._still_open(now) if each.request.shape == shape]
-        if alike and all(each.theirs for each in alike):
+        if len(alike) == 1 and alike[0].theirs and not asking:
             self._open.remove(alike[0])
         return bool(alike)
 
@@ -149,10 +149,6 @@ class Suspicion:
         if all(self._as_good(each, request, reply) for each in rivals):
             self._answered_in_doubt(request, at, rivals)
             return now
-        if reply.exception is None and all(
-            each.theirs and each.request.pdu == request.pdu for each in rivals
-        ):
-            return min(each.at for each in rivals)  # the very same, asked by another master a little earlier
         run = self._run_of(request, reply)
         run.note(request, rivals, at, now)
         if reply.exception is None:

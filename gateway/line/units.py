@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from gateway.line.interface import Priority, Read, UnitFacts, Want
+from gateway.line.overhearing import News
 from gateway.line.reachability import Probing, Unit
 from gateway.line.requests import (
     BROADCAST,
@@ -101,12 +102,13 @@ class Units:
             return self._plain(choice)
         return apart
 
-    def overheard(self, unit: int, request: pdu.Request, asked: bool, at: float, now: float) -> None:
-        """Another master was heard to ask this; or (not ``asked``) an answer to it that nobody waits for."""
-        if asked:
+    def overheard(self, news: News, asking: bool, now: float) -> None:
+        """What another master asked was heard, or an answer that nobody waits for. ``asking``: a request of
+        ours to that unit is under way."""
+        if news.asked:
             self._another_at = now
-        if unit in self._units:
-            self._units[unit].overheard(request, asked, at, now)
+        if news.unit in self._units:
+            self._units[news.unit].overheard(news.request, news.asked, asking, news.at, now)
 
     def weigh(self, done: Transaction, reply: pdu.Reply, framing: FramingName) -> float | None:
         """Since when the reply of a transaction is known; None when it cannot be believed. Where another

@@ -248,9 +248,9 @@ def test_h12_what_another_master_asks_is_heard_before_much_other_talk() -> None:
     asked = frame(bytes((5, 3, 0, 0x80, 0, 1)))
     heard = list(overhearing.news(asked, 1.0, MANY))
     for unit in range(20, 60):
-        heard += overhearing.news(frame(bytes((unit, 3, 4, 1, 2, 3, 4))), MANY)
+        heard += overhearing.news(frame(bytes((unit, 3, 4, 1, 2, 3, 4))), 2.0, MANY)
     heard += overhearing.news(b"", 3.0)
-    assert [(unit, request.pdu) for unit, request, asked in heard if asked] == [(5, asked[1:-2])]
+    assert [(unit, request.pdu) for unit, request, was_asked, _ in heard if was_asked] == [(5, asked[1:-2])]
 
 
 @pytest.mark.parametrize(("spread", "delay"), [(0.0, 0.022), (0.02, 0.022), (0.0, 0.04)])

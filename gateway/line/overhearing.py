@@ -22,8 +22,8 @@ READS = (pdu.READ_HOLDING, pdu.READ_INPUT)
 
 
 class News(NamedTuple):
-    """What another master ``asked`` a unit; or what somebody must have asked it, because it gave an answer that
-    nobody waits for. The last of it was heard ``at`` this instant."""
+    """What another master ``asked`` a unit; or what somebody must have asked it, because it gave an answer
+    that nobody waits for. The last of it was heard ``at`` this instant."""
 
     unit: int
     request: pdu.Request

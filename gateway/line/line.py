@@ -305,7 +305,7 @@ class Line:
         if since is not None:
             unit.turnaround.answered(self._wire.turnaround(done))
         if unit.doubling.answered(now):
-            self._pauses.keep(unit.facts.unit, done.heard_at + unit.turnaround.probe_limit)
+            self._pauses.listen(done.heard_at, unit.turnaround.probe_limit)
         if not unit.doubling.believed and request.reads:
             since = None
         self.trace.answered(description(reply, doubtful=since is None), done.seeker.length)

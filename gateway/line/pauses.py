@@ -1,7 +1,7 @@
 """Silences that drives need after a transaction, beside the gap that every frame needs.
 
 A drive that stores a parameter hears nothing for a while. The line then stays silent for everybody, with one
-exception: a stop to another drive waits for the gap only.
+exception: a stop to another drive waits for the gap only. In a pause that is made to listen, every stop does.
 """
 
 from __future__ import annotations
@@ -10,6 +10,11 @@ import math
 from dataclasses import dataclass
 
 from gateway.line.requests import BROADCAST
+
+LISTEN = 0.1
+"""Seconds for which the line listens at most."""
+NOBODY = -1
+"""For whose sake the line listens: no stop waits for that."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +26,7 @@ class _Pause:
     job: int | None
 
     def concerns(self, unit: int) -> bool:
-        return BROADCAST in (self.unit, unit) or self.unit == unit
+        return self.unit != NOBODY and (BROADCAST in (self.unit, unit) or self.unit == unit)
 
 
 class Pauses:
@@ -33,6 +38,10 @@ class Pauses:
     def keep(self, unit: int, until: float, job: int | None = None) -> None:
         """Keep silent for a unit's sake (0: all of them); ``job`` is done when that is over."""
         self._kept.append(_Pause(unit, until, job))
+
+    def listen(self, since: float, seconds: float) -> None:
+        """Keep silent for so long, or as long as one may listen, to hear what comes."""
+        self.keep(NOBODY, since + min(seconds, LISTEN))
 
     def until(self) -> float:
         """The instant from which anything may go out."""

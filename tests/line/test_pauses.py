@@ -1,5 +1,7 @@
 """Silences after transactions, writes that nobody answers, and error replies of a drive's own kind."""
 
+import math
+
 import pytest
 
 from gateway.line.interface import (
@@ -14,6 +16,7 @@ from gateway.line.interface import (
     Want,
     Write,
 )
+from gateway.line.pauses import Pauses
 from tests.line.bench import CHARACTER, SILENCE, Bench, FakeUnit, facts, frame
 
 FREQUENCY = Want(5, 0x24, 1, 0.05)
@@ -252,3 +255,11 @@ def test_a_late_error_of_another_function_is_no_answer() -> None:
     write = bench.ask(STOP)
     bench.run(2)
     assert bench.result(write) == Answered()
+
+
+def test_h20_a_stop_does_not_wait_while_the_line_listens_for_a_second_answer() -> None:
+    """Behind the first answer of a unit nothing else is asked for a moment."""
+    pauses = Pauses()
+    pauses.listen(10.0, 5.0)
+    assert pauses.until() == 10.1, "nor does anybody wait for long"
+    assert pauses.until_for_stop(5) == pauses.until_for_stop(0) == -math.inf

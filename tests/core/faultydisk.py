@@ -138,4 +138,4 @@ class FaultyFile:
         return self._disk.files.get(self._name) is self._content
 
     def close(self) -> None:
-        pass
+        self._disk.attempt("close")

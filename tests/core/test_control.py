@@ -374,3 +374,14 @@ def test_h10_a_lease_that_is_over_is_not_renewed_however_late_we_are() -> None:
     world.run(5.0)
     assert [e["did"] for e in entries(world, "lease")][:3] == ["acquired", "expired", "acquired"]
     assert world.sent()[1] == STOP
+
+
+def test_who_holds_a_lease_and_for_how_long_are_tags() -> None:
+    names = ("fan-1._lease_holder", "fan-1._lease_through", "fan-1._lease_left")
+    world = leased()
+    assert [sample.value for sample in world.read(*names)] == ["", "", 0.0]
+    world.lease(LeaseAct.ACQUIRE, ANNA)
+    world.run(4.0)
+    holder, through, left = (sample.value for sample in world.read(*names))
+    assert (holder, through) == ("anna", "opcua, s1")
+    assert left == pytest.approx(1000 * (TTL - 4.0), abs=50)

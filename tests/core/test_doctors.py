@@ -145,6 +145,23 @@ def test_figures_of_a_drive_are_tags() -> None:
     assert all(sample.quality is Quality.GOOD for sample in sums)
 
 
+def test_the_figures_of_a_line_are_those_of_its_drives_together() -> None:
+    world = World(make_site(2))
+    world.watch({"fan-1.output_frequency": 0.2})
+    world.drives["fan-2"].faults.inject(CorruptByte(), times=3)
+    world.run(20)
+    for name in ("requests", "answered", "timeouts", "damaged", "retries", "bytes_sent"):
+        line, *drives = world.read(f"_north.{name}", f"fan-1._{name}", f"fan-2._{name}")
+        assert line.value == sum(drive.value for drive in drives), name
+    for name in ("age_share", "turnaround_max"):
+        line, *drives = world.read(f"_north.{name}", f"fan-1._{name}", f"fan-2._{name}")
+        assert line.value == max(drive.value for drive in drives), name
+    received, strays, *drives = world.read(
+        "_north.bytes_received", "_north.stray_bytes", "fan-1._bytes_received", "fan-2._bytes_received"
+    )
+    assert received.value == strays.value + sum(drive.value for drive in drives)
+
+
 EVIDENCE = {
     Illness.PORT_DOWN: {},
     Illness.WRONG_FORMAT: {"garbled": 12, "drives": 2, "seconds": 5.1, "valid": 0},

@@ -20,7 +20,7 @@ from tests.core.faultydisk import FaultyDisk
 
 ROTATE = 900
 MANY = 10_000
-OPERATIONS = ("", "sync", "sync folder", "append", "cut", "create", "stat", "open", "remove")
+OPERATIONS = ("", "sync", "sync folder", "append", "cut", "create", "stat", "open", "remove", "close")
 
 
 def entry(number: int) -> dict[str, Any]:

@@ -82,6 +82,16 @@ def test_t1_t2_what_does_not_fit_is_refused_whole(
     assert world.sent() == []
 
 
+def test_what_only_commands_write_names_them(world: World) -> None:
+    assert world.write("fan-1.run", True).reason == (
+        "run is written by commands only: run_forward, run_reverse, stop"
+    )
+    assert (
+        world.write("fan-1.fault_reset", True).reason
+        == "fault_reset is written by commands only: reset_fault"
+    )
+
+
 @pytest.mark.parametrize(
     ("name", "args", "cause"),
     [

@@ -111,7 +111,7 @@ class Suspicion:
         last = self._open[-1] if self._open else None
         piled = last.until if last and last.at >= self._proved else at
         until = min(max(piled, at) + self._horizon, at + PILED * self._horizon)
-        self._open.append(_Open(request, at, until, doubtful, theirs))
+        self._open = [*self._still_open(at), _Open(request, at, until, doubtful, theirs)]
 
     def explains(self, shape: pdu.Shape, asking: bool, now: float) -> bool:
         """An answer came for which nobody waits: True when an open request may have brought it. If that is
@@ -141,7 +141,8 @@ class Suspicion:
     def weigh(self, request: pdu.Request, reply: pdu.Reply, at: float, now: float) -> float | None:
         """Since when a reply is known that was heard now, and whose request was sent at ``at``; None when it
         cannot be believed."""
-        rivals = [each for each in self._still_open(now) if each.may_bring(request, reply)]
+        self._open = self._still_open(now)
+        rivals = [each for each in self._open if each.may_bring(request, reply)]
         if not rivals:
             self._runs.pop(request.pdu, None)
             self._proved = max(self._proved, at)
@@ -185,9 +186,8 @@ class Suspicion:
         self.missed(request, at, doubtful=True)
 
     def _still_open(self, now: float) -> list[_Open]:
-        if self._open:
-            self._open = [each for each in self._open if now < self._end(each)]
-        return self._open
+        """Those that are open at an instant, which may be one to come: what a line will do is foretold."""
+        return [each for each in self._open if now < self._end(each)] if self._open else self._open
 
     def _end(self, each: _Open) -> float:
         return each.at + self._horizon if each.at < self._proved else each.until

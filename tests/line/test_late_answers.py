@@ -18,7 +18,8 @@ from gateway.line.interface import (
     Write,
 )
 from gateway.line.overhearing import MANY, Overhearing
-from gateway.line.resync import LATE
+from gateway.line.resync import LATE, Suspicion
+from gateway.modbus import pdu
 from tests.line.bench import Bench, FakeUnit, facts, frame
 
 LOOP_BACK = {"functions": (3, 8, 16), "loop_back": True}
@@ -304,3 +305,13 @@ def test_an_answer_that_nobody_asked_for_silences_a_unit_for_a_while_only() -> N
     bench.run(10)
     told = [block.at for block in bench.of(BlockRead) if block.at > start + 0.1]
     assert 0.3 <= told[0] - start <= 1.0, "and one answer more than that is only listened behind"
+
+
+def test_h4_a_look_at_what_will_be_sent_forgets_no_late_answer() -> None:
+    """An idle line foretells what it will send in ten seconds; until then the answer may still come."""
+    suspicion = Suspicion(5, 1.0)
+    missed, like_it = pdu.read_registers(1, 2), pdu.read_registers(9, 2)
+    suspicion.missed(missed, 10.0)
+    assert suspicion.shapes(20.0) == set()
+    assert suspicion.shapes(11.0) == {missed.shape}
+    assert suspicion.weigh(like_it, pdu.Reply((7, 7)), 11.0, 11.1) is None

@@ -6,7 +6,7 @@ reads that are late need a look.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 
 from gateway.core.store import STALE_PERIODS
@@ -37,10 +37,17 @@ class Ages:
         self._groups.update({(drive, address, count): group for (address, count), group in groups.items()})
 
     def came(self, drive: str, address: int, count: int, at: float) -> None:
-        """A read came in: all its tags are as new as it is."""
+        """A read came in: all its tags are as new as it is, or newer. It may itself be older than what was
+        told meanwhile: a reply in doubt is as old as the first like it."""
         group = self._groups.get((drive, address, count))
         if group is not None:
-            group.at = max(group.at, at)
+            group.at = at
+
+    def older(self, tags: Collection[str], at: float) -> None:
+        """These tags hold what is known since an earlier instant, by whatever read."""
+        for group in self._groups.values():
+            if group.at > at and not set(group.tags).isdisjoint(tags):
+                group.at = at
 
     def late(self, now: float) -> Iterator[str]:
         """The tags of all reads that are late."""

@@ -162,6 +162,8 @@ class Polling:
             self.store.put(sample, block.at)
             samples.append(sample)
         self._ages.came(drive.name, block.address, count, block.at)
+        if block.at < now.mono - AGE_CHECK_SECONDS:
+            self._ages.older({sample.tag for sample in samples}, block.at)
         self._publish(samples)
 
     def take(self, drive: Drive, point: Point, words: Sequence[int], at: float, now: Instant) -> Sample:
@@ -169,6 +171,7 @@ class Polling:
         reading = reading_of(drive, self.store, point, words)
         sample = doubted(drive, point, self._sample(drive.tag(point.name), reading, wall_of(at, now)))
         self.store.put(sample, at)
+        self._ages.older({sample.tag}, at)
         self._publish([sample])
         return sample
 

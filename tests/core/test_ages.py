@@ -33,3 +33,20 @@ def test_a_new_plan_of_a_drive_takes_the_place_of_its_old_one() -> None:
     found.plan("fan-1", {(0x24, 1): Group(0.5, 2.0, ["a"])})
     assert list(found.late(2.1)) == ["d"]
     assert list(found.late(3.1)) == ["d", "a"]
+
+
+def test_h17_a_read_older_than_what_was_told_before_is_late_by_its_own_age() -> None:
+    """The line was lost and is back, which was told at 20; what is read then is known since 10 only."""
+    found = Ages()
+    found.plan("fan-1", {(0x20, 2): Group(2.0, 20.0, ["a", "b"])})
+    assert list(found.late(21.0)) == []
+    found.came("fan-1", 0x20, 2, 10.0)
+    assert list(found.late(21.0)) == ["a", "b"]
+
+
+def test_h17_a_tag_that_another_read_brought_is_late_by_the_age_of_that() -> None:
+    found = Ages()
+    found.plan("fan-1", {(0x20, 2): Group(2.0, 20.0, ["a", "b"]), (0x31, 1): Group(2.0, 20.0, ["c"])})
+    found.came("fan-1", 0x20, 1, 10.0)
+    found.older({"b"}, 10.0)
+    assert list(found.late(21.0)) == ["a", "b"]

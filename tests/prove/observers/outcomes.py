@@ -128,7 +128,7 @@ class Proved(Answering):
     def _shown(self, request: Request, frame: Frame | None) -> bool:
         drive, ask = request.drive, request.ask
         assert drive is not None
-        since = request.at if frame is None or request.is_stop else frame.end
+        since = request.at if frame is None or request.is_stop else self._done_at(request, drive)
         answers = [a for a in self.seen.answers[drive.line, drive.unit] if a.at >= since - 1e-9]
         if isinstance(ask, RunCommand):
             return self._obeyed(ask, drive, answers)
@@ -145,6 +145,13 @@ class Proved(Answering):
                 if (words := a.at_registers(point.address, point.words))
             ]
         return any(reading.fits(words, value) for words in found)
+
+    def _done_at(self, request: Request, drive: Any) -> float:
+        """When the last frame of what is to be proved was over; the end of a pulse comes after its proof."""
+        ask, points = request.ask, drive.profile.points
+        step = drive.profile.commands[ask.name].steps[-1] if isinstance(ask, RunCommand) else None
+        pulse = step is not None and any(points[name].pulse for name in step.write)
+        return request.frames[0 if pulse else -1].end
 
     def _obeyed(self, ask: RunCommand, drive: Any, answers: list[Answer]) -> bool:
         """Each thing that the last step is to bring about was in an answer; without any, some answer came."""

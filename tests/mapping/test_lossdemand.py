@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 
 import pytest
 
 from gateway.mapping.condition import Term
 from gateway.mapping.device import CommLoss
-from gateway.mapping.lossdemand import Shown, judge
+from gateway.mapping.lossdemand import Shown, described, judge
 from gateway.mapping.site import LossDemand
 
 ACTIONS = {"ramp": 0, "coast": 1, "keep_running": 3}
@@ -81,3 +82,29 @@ def test_it_must_stop_in_time(
     loss: CommLoss, within: float, shown: dict[str, float | str], met: bool | None
 ) -> None:
     assert told(loss, LossDemand("stop", within), watch=1, action="coast", **shown)[0] is met
+
+
+@pytest.mark.parametrize(
+    ("loss", "settings", "words"),
+    [
+        (LOSS, {"watch": 1, "action": 1}, "stops after 2 s: action is 1"),
+        (replace(LOSS, after=None, after_from="delay"), {"watch": 1, "action": 1}, "stops: action is 1"),
+        (
+            replace(LOSS, after=None, after_from="delay"),
+            {"watch": 1, "action": 1, "delay": 3},
+            "stops after 3 s: action is 1",
+        ),
+        (LOSS, {"watch": 0, "action": 1}, "keeps running: action is 1"),
+        (LOSS, {"watch": 0}, "keeps running"),
+        (LOSS, {"action": 1}, None),
+        (CommLoss(), {}, "not known"),
+        (CommLoss(blind=True), {}, "keeps running: its settings tell it not to watch the line"),
+    ],
+)
+def test_what_happens_then_is_told_in_words(
+    loss: CommLoss, settings: dict[str, int], words: str | None
+) -> None:
+    def look(name: str) -> Shown | None:
+        return Shown(Fraction(settings[name]), str(settings[name])) if name in settings else None
+
+    assert described(loss, look) == words

@@ -43,6 +43,8 @@ blind: {at: 0014H, kind: setpoint, access: write, unit: 0.1 Hz, range: 0..fine}
 locked: {at: 0015H, kind: switch, only_when: {turn: false}, then: keep}
 kept: {at: 0016H, kind: command}
 plain: {at: 0017H, cases: [{when: {turn: true}, unit: 1 A}, {when: {ready: true}, unit: 0.1 A}]}
+paired: {at: 0019H, kind: setpoint, unit: 0.1 Hz, range: 0..5, twin: eased}
+eased: {at: 001AH, kind: setpoint, unit: 0.1 Hz, range: 0..5, when: {mode: fine}}
 nothing: {at: 0018H, cases: [{when: {turn: true}, unit: 1 A}]}
 """
 COMMANDS = """\
@@ -100,7 +102,7 @@ def test_the_rest_of_a_mixed_condition_stays() -> None:
 
 def test_points_that_a_setting_rules_out_take_along_what_leans_on_them() -> None:
     plain, fine = special(), special(mode=1)
-    gone = {"turn", "fine", "leaning", "scaled", "blind", "nothing"}
+    gone = {"turn", "fine", "leaning", "scaled", "blind", "nothing", "eased"}
     assert fine.points.keys() - plain.points.keys() == gone
     assert fine.points.keys() == whole().points.keys()
     assert [term.text for term in fine.points["leaning"].when] == ["turn: true"]
@@ -114,6 +116,11 @@ def test_a_limit_or_lock_that_is_not_there_leaves_a_point_to_be_read_only() -> N
         assert (points[name].limits, points[name].only_when, points[name].then) == (None, (), None)
     assert special(mode=1).points["locked"].access is Access.READ_WRITE
     assert special(mode=1).points["locked"].then == "keep"
+
+
+def test_a_twin_that_is_not_there_is_nobodys_twin() -> None:
+    assert special().points["paired"].twin is None
+    assert special(mode=1).points["paired"].twin == "eased"
 
 
 def test_cases_that_lean_on_what_is_not_there_are_left_out() -> None:

@@ -96,6 +96,7 @@ def test_what_other_events_tell_is_no_alarm_beside() -> None:
 def test_noise_and_where_it_comes_from() -> None:
     world = World(make_site(3))
     world.watch({f"fan-{n}.output_frequency": 0.2 for n in (1, 2, 3)})
+    world.run(1.0)
     for n in range(200):
         world.run(0.1)
         if n % 7 == 0:
